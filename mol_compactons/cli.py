@@ -1,0 +1,181 @@
+"""The command line: mol-compactons run | info | plot | scenarios."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from mol_compactons.errors import InputError, IntegrationError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from mol_compactons.integrators.progress import Report
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        """Complain and leave with status 2."""
+        print(f"{self.prog}: {message}; see {self.prog} --help.", file=sys.stderr)
+        raise SystemExit(2)
+
+
+def parser() -> Parser:
+    """The parser of the command line."""
+    main = Parser(prog="mol-compactons", description="Compacton equations by the method of lines.")
+    commands = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="integrate a scenario, or repeat a result, into a NetCDF file")
+    run.add_argument("scenario", metavar="SCENARIO.py|RESULT.nc", help="a script, the name of a scenario, or a result")
+    run.add_argument("-o", "--output", metavar="FILE.nc", help="where to write (default: the scenario's name)")
+    run.add_argument(
+        "--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help="change a field: grid.size=1200"
+    )
+    run.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    run.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    run.set_defaults(handle=_run)
+
+    info = commands.add_parser("info", help="say what is in a result")
+    info.add_argument("result", metavar="FILE.nc")
+    info.set_defaults(handle=_info)
+
+    plot = commands.add_parser("plot", help="draw a result: the waterfall and the drift of the invariants")
+    plot.add_argument("result", metavar="FILE.nc")
+    plot.add_argument("-o", "--output", metavar="FILE.png", help="where to write (default: the result's name)")
+    plot.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    plot.set_defaults(handle=_plot)
+
+    scenarios = commands.add_parser("scenarios", help="list the scenarios that come with the package")
+    scenarios.set_defaults(handle=_scenarios)
+    return main
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status: 0 fine, 1 the solver gave up, 2 bad input, 130 interrupted."""
+    options = parser().parse_args(arguments)
+    try:
+        options.handle(options)
+        sys.stdout.flush()
+    except InputError as error:
+        print(f"mol-compactons: {error}", file=sys.stderr)
+        return 2
+    except IntegrationError as error:
+        print(f"mol-compactons: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("mol-compactons: interrupted; the frames written so far are kept.", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
+def _run(options: argparse.Namespace) -> None:
+    from mol_compactons import scenarios
+    from mol_compactons.configuration import assign
+    from mol_compactons.simulation import run
+    from mol_compactons.store import check_target
+
+    changes = {}
+    for change in options.changes:
+        field, equals, value = change.partition("=")
+        if not equals:
+            raise InputError(f"--set {change} lacks a value; write FIELD=VALUE, for example --set grid.size=1200.")
+        changes[field.strip()] = value
+    simulation = assign(scenarios.load(options.scenario), changes)
+    path = Path(options.output or f"{Path(options.scenario).stem}.nc")
+    check_target(path, options.overwrite)
+    with progress_bar(simulation.t_end, options.quiet) as report:
+        dataset = run(simulation, path, overwrite=options.overwrite, report=report)
+    if not options.quiet:
+        print(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset), sep="\n")
+    dataset.close()
+
+
+def _info(options: argparse.Namespace) -> None:
+    from mol_compactons.scenarios import open_result
+    from mol_compactons.simulation import Simulation
+
+    with open_result(Path(options.result)) as dataset:
+        print(dataset.attrs["title"], contents(dataset), kept(dataset), cost(dataset), sep="\n")
+        simulation = Simulation.from_json(str(dataset.attrs["simulation"]))
+        for field in ("equation", "grid", "scheme", "integrator"):
+            print(f"{field}: {getattr(simulation, field)}")
+        for wave in simulation.initial:
+            print(f"initial: {str(wave)[:120]}")
+        print(dataset.attrs["history"])
+
+
+def _plot(options: argparse.Namespace) -> None:
+    from mol_compactons.plots import overview
+    from mol_compactons.scenarios import open_result
+    from mol_compactons.store import check_target
+
+    path = Path(options.output or Path(options.result).with_suffix(".png"))
+    with open_result(Path(options.result)) as dataset:
+        if dataset.sizes["t"] < 2:
+            raise InputError(f"{options.result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
+        check_target(path, options.overwrite)
+        figure = overview(dataset)
+        allowed = figure.canvas.get_supported_filetypes()
+        if path.suffix.lstrip(".").lower() not in allowed:
+            raise InputError(f"{path} has no picture format; end its name in {', '.join(sorted(allowed))}.")
+        figure.savefig(path, dpi=150)
+    print(f"wrote {path}")
+
+
+def _scenarios(options: argparse.Namespace) -> None:
+    from mol_compactons import scenarios
+
+    for name, line in scenarios.listing().items():
+        print(f"{name:22} {line}")
+
+
+def contents(dataset: xr.Dataset) -> str:
+    """One line: what is in a result."""
+    fields = [name for name, item in dataset.data_vars.items() if item.ndim == 2]
+    space = dataset[fields[0]].dims[1]
+    last = float(dataset["t"][-1]) if dataset.sizes["t"] else 0.0
+    names = " and ".join(f"{name}(t, {space})" for name in fields)
+    return f"{names}, {dataset.sizes['t']} frames on {dataset.sizes[space]} points to t = {last:g}, {dataset.attrs['status']}"
+
+
+def kept(dataset: xr.Dataset) -> str:
+    """One line: how well the conserved quantities were kept."""
+    from mol_compactons.invariants import drift
+
+    changes = drift(dataset)
+    if not changes.sizes["t"]:
+        return "kept nothing: there is no frame"
+    return "kept " + ", ".join(f"{name} to {float(abs(change).max()):.1e}" for name, change in changes.data_vars.items())
+
+
+def cost(dataset: xr.Dataset) -> str:
+    """One line: what a run cost."""
+    attributes = dataset.attrs
+    if "solver_steps" not in attributes:
+        return "cost unknown: the run has not ended"
+    counts = ("steps", "evaluations", "jacobians", "failures", "warnings")
+    numbers = ", ".join(f"{attributes[f'solver_{count}']} {count}" for count in counts)
+    return f"cost {numbers}; {attributes['cpu_seconds']:.2f} s of CPU time"
+
+
+@contextmanager
+def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
+    """A progress bar in simulated time, with its rate and the time left."""
+    from tqdm import tqdm
+
+    layout = "{desc}{percentage:3.0f}%|{bar}| t = {n:.4g} / {total:.4g}, {rate_fmt}, {remaining} left"
+    with tqdm(total=t_end, unit="t", bar_format=layout, disable=quiet, leave=False, dynamic_ncols=True) as bar:
+
+        def report(t: float) -> None:
+            bar.update(t - bar.n)
+
+        yield report

@@ -1,0 +1,276 @@
+"""Frozen dataclasses as configuration: type checks, JSON round trip, and changes by dotted path.
+
+Everything here is driven by the type hints of the dataclasses themselves: a union of dataclasses in a hint is the list of
+what may stand there, so that no registry of names is needed.
+"""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import difflib
+import math
+import operator
+import types
+import typing
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+
+from mol_compactons.errors import InputError
+
+T = TypeVar("T")
+
+
+def _hints(cls: Any) -> dict[str, Any]:
+    hints = typing.get_type_hints(cls)
+    return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
+
+
+def _alternatives(hint: Any) -> tuple[Any, ...]:
+    """The members of a union, or the hint itself."""
+    if typing.get_origin(hint) in (typing.Union, types.UnionType):
+        return tuple(typing.get_args(hint))
+    return (hint,)
+
+
+def _dataclasses_of(hint: Any) -> dict[str, type]:
+    return {cls.__name__: cls for cls in _alternatives(hint) if isinstance(cls, type) and dataclasses.is_dataclass(cls)}
+
+
+def _item_hint(hint: Any) -> Any:
+    """The hint of the items if `hint` is ``tuple[X, ...]`` or ``Sequence[X]``, else None."""
+    return typing.get_args(hint)[0] if typing.get_origin(hint) in (tuple, Sequence) else None
+
+
+def _describe(hint: Any) -> str:
+    if hint is type(None):
+        return "None"
+    if typing.get_origin(hint) is Literal:
+        return "one of " + ", ".join(repr(choice) for choice in typing.get_args(hint))
+    if _item_hint(hint) is not None:
+        return "a list of " + _describe(_item_hint(hint))
+    names = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+    if hint in names:
+        return names[hint]
+    alternatives = _alternatives(hint)
+    if len(alternatives) == 1:
+        return str(hint.__name__)
+    return " or ".join(_describe(alternative) for alternative in alternatives)
+
+
+def _fit(hint: Any, value: Any) -> Any:
+    """`value` as the type of one alternative; raises TypeError where it does not fit."""
+    origin = typing.get_origin(hint)
+    if origin is Literal:
+        if value in typing.get_args(hint):
+            return value
+    elif _item_hint(hint) is not None:
+        if isinstance(value, list | tuple | np.ndarray):
+            return tuple(_coerce(_item_hint(hint), item) for item in value)
+    elif hint is float:
+        if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool | np.bool_):
+            return float(value)
+    elif hint is int:
+        if isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_):
+            return int(value)
+        if isinstance(value, float | np.floating) and math.isfinite(value) and value == int(value):
+            return int(value)
+    elif hint is bool:
+        if isinstance(value, bool | np.bool_):
+            return bool(value)
+    elif isinstance(value, hint):
+        return value
+    raise TypeError
+
+
+def _coerce(hint: Any, value: Any) -> Any:
+    for alternative in _alternatives(hint):
+        try:
+            return _fit(alternative, value)
+        except TypeError:
+            continue
+    raise TypeError
+
+
+def check(instance: Any) -> None:
+    """Check every field of a frozen dataclass against its type hint; called first in ``__post_init__``.
+
+    Lists become tuples, whole numbers become floats where the hint says float, and every number must be finite.
+
+    Raises
+    ------
+    InputError
+        One sentence that names the field, the value and what is allowed.
+    """
+    name = type(instance).__name__
+    for field, hint in _hints(type(instance)).items():
+        value = getattr(instance, field)
+        try:
+            fitted = _coerce(hint, value)
+        except TypeError:
+            raise InputError(f"{name}.{field} = {value!r} must be {_describe(hint)}.") from None
+        numbers = fitted if isinstance(fitted, tuple) else (fitted,)
+        if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
+            shown = value if not isinstance(fitted, tuple) else "a list with NaN or infinity in it"
+            raise InputError(f"{name}.{field} = {shown} must be finite; replace the NaN or infinity by a number.")
+        object.__setattr__(instance, field, fitted)
+
+
+def encode(value: Any) -> Any:
+    """A dataclass as JSON-ready data; each dataclass carries its class name under "type"."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field: encode(getattr(value, field)) for field in _hints(type(value))}
+        return {"type": type(value).__name__, **fields}
+    if isinstance(value, tuple):
+        return [encode(item) for item in value]
+    return value
+
+
+def decode(hint: Any, data: Any) -> Any:
+    """The inverse of `encode`; `hint` says which dataclasses may stand there.
+
+    Raises
+    ------
+    InputError
+        If the data names an unknown class or field.
+    """
+    if isinstance(data, dict):
+        classes = _dataclasses_of(hint)
+        fields = dict(data)
+        name = fields.pop("type", None)
+        cls = classes.get(str(name))
+        if cls is None:
+            raise InputError(f"type {name!r} is unknown here; it must be one of {', '.join(sorted(classes))}.")
+        hints = _hints(cls)
+        for field in fields:
+            if field not in hints:
+                raise InputError(f"{name} has no field {field!r}{_nearest(field, list(hints))}.")
+        return _construct(cls, {field: decode(hints[field], item) for field, item in fields.items()})
+    if isinstance(data, list):
+        for alternative in _alternatives(hint):
+            if _item_hint(alternative) is not None:
+                return tuple(decode(_item_hint(alternative), item) for item in data)
+    return data
+
+
+def _construct(cls: type, fields: dict[str, Any]) -> Any:
+    missing = [
+        field.name
+        for field in dataclasses.fields(cls)
+        if field.name not in fields and field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+    ]
+    if missing:
+        raise InputError(f"{cls.__name__} needs a value for {', '.join(missing)}.")
+    return cls(**fields)
+
+
+def _nearest(word: str, choices: list[str]) -> str:
+    close = difflib.get_close_matches(word, choices, n=1, cutoff=0.5)
+    return f"; did you mean {close[0]!r}?" if close else f"; it may be {', '.join(choices)}"
+
+
+def paths(instance: Any, prefix: str = "") -> Iterator[str]:
+    """Every dotted path that `assign` can change, depth first: ``grid.size``, ``initial.0.speed``, ..."""
+    for field in _hints(type(instance)):
+        value = getattr(instance, field)
+        yield prefix + field
+        items = enumerate(value) if isinstance(value, tuple) else [("", value)]
+        for index, item in items:
+            if dataclasses.is_dataclass(item):
+                dotted = f"{prefix}{field}.{index}." if index != "" else f"{prefix}{field}."
+                yield from paths(item, dotted)
+
+
+def assign(instance: T, changes: dict[str, str]) -> T:
+    """A copy of a dataclass in which the fields at some dotted paths have new values; checked once, after all changes.
+
+    Parameters
+    ----------
+    instance : dataclass
+        For example a `Simulation`.
+    changes : dict of str to str
+        Path and value, for example ``{"grid.size": "1200", "initial.0.speed": "1/4"}``. A value is a number, a word, a list,
+        or a class with its arguments: ``IDA(rtol=1e-8)``.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist (the nearest one is suggested) or a value does not fit.
+    """
+    known = list(paths(instance))
+    tree = encode(instance)
+    for path, text in changes.items():
+        if path not in known:
+            close = difflib.get_close_matches(path, known, n=1, cutoff=0.4)
+            hint = f"did you mean {close[0]!r}?" if close else f"it may be {', '.join(known)}."
+            raise InputError(f"{path!r} is not a field of {type(instance).__name__}; {hint}")
+        _replace(type(instance), tree, path.split("."), text)
+    return typing.cast(T, decode(type(instance), tree))
+
+
+def _replace(hint: Any, branch: Any, parts: list[str], text: str) -> None:
+    """Put the value of `text` into an encoded tree, in place."""
+    part, *rest = parts
+    if isinstance(branch, list):
+        index: Any = int(part)
+        inner = next(_item_hint(item) for item in _alternatives(hint) if _item_hint(item) is not None)
+    else:
+        index = part
+        inner = _hints(_dataclasses_of(hint)[branch["type"]])[part]
+    if rest:
+        if index not in (range(len(branch)) if isinstance(branch, list) else branch):
+            raise InputError(f"{part!r} was removed by another change; set it in one value instead.")
+        _replace(inner, branch[index], rest, text)
+    else:
+        branch[index] = _parse(inner, text)
+
+
+_OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
+
+
+def _parse(hint: Any, text: str) -> Any:
+    """What a text means where `hint` is expected, encoded; a text that is no expression stays a text."""
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError):
+        return text
+    return _value(hint, tree, text)
+
+
+def _value(hint: Any, node: ast.expr, text: str) -> Any:
+    hints = [hint, *(_item_hint(item) for item in _alternatives(hint))]
+    classes = {name: cls for item in hints for name, cls in _dataclasses_of(item).items()}
+    match node:
+        case ast.Constant(value=value):
+            return value
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            value = _value(hint, operand, text)
+            return -value if isinstance(value, int | float) else text
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
+            pair = (_value(hint, left, text), _value(hint, right, text))
+            if not all(isinstance(item, int | float) for item in pair):
+                return text
+            try:
+                return _OPERATORS[type(op)](*pair)
+            except ZeroDivisionError:
+                raise InputError(f"{text} divides by zero; give a finite number.") from None
+        case ast.List(elts=items) | ast.Tuple(elts=items):
+            return [_value(hint, item, ast.unparse(item)) for item in items]
+        case ast.Name(id=name) if name in classes:
+            return {"type": name}
+        case ast.Name(id=name) if name.lower() in ("true", "false", "none"):
+            return {"true": True, "false": False, "none": None}[name.lower()]
+        case ast.Call(func=ast.Name(id=name), args=[], keywords=keywords) if name in classes:
+            fields = _hints(classes[name])
+            return {"type": name} | {
+                str(keyword.arg): _value(fields.get(str(keyword.arg)), keyword.value, ast.unparse(keyword.value))
+                for keyword in keywords
+            }
+    return text

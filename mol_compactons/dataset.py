@@ -1,0 +1,122 @@
+"""What a result looks like: its names, units, long names and attributes, after the CF conventions 1.11."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.integrators.progress import Counters
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from mol_compactons.simulation import Simulation
+
+REFERENCE = (
+    "Vladimirov, V., and Skurativskyi, S. (2015): Solitary waves in one-dimensional pre-stressed lattice and its continual "
+    "analog"
+)
+
+LONG_NAMES = {
+    "t": "time",
+    "x": "coordinate along the periodic line",
+    "W": "amplitude of the wave of compression (positive) or rarefaction (negative)",
+    "mass": "mass, the integral of the amplitude",
+    "momentum": "momentum Q, half the integral of the squared amplitude",
+    "energy": "energy H, the Hamiltonian",
+}
+"""Every name in a result; all are nondimensional, with units "1"."""
+
+COORDINATES = ("t", "x")
+
+
+def describe(name: str) -> dict[str, str]:
+    """The attributes of a variable, by its name."""
+    return {"long_name": LONG_NAMES[name], "units": "1"}
+
+
+def attributes(simulation: Simulation) -> dict[str, str]:
+    """The global attributes of a result whose run has just begun."""
+    program = f"mol_compactons {version('mol_compactons')}"
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    name = type(simulation.equation).__name__
+    return {
+        "Conventions": "CF-1.11",
+        "title": simulation.title or f"{name} by {type(simulation.scheme).__name__}",
+        "institution": "mol_compactons",
+        "source": f"{program}: numerical solution of {name}",
+        "history": f"{now}: computed by {program}",
+        "references": REFERENCE,
+        "comment": "All quantities are nondimensional. The attribute simulation holds everything needed to repeat the run.",
+        "simulation": simulation.to_json(),
+        "status": "running",
+    }
+
+
+def cost_attributes(status: str, counters: Counters, seconds: float) -> dict[str, Any]:
+    """The global attributes that a run adds when it ends."""
+    return {
+        "status": status,
+        "solver_steps": counters.steps,
+        "solver_evaluations": counters.evaluations,
+        "solver_jacobians": counters.jacobians,
+        "solver_failures": counters.failures,
+        "solver_warnings": len(counters.warnings),
+        "cpu_seconds": round(seconds, 3),
+    }
+
+
+def conserved_names(dataset: xr.Dataset) -> list[str]:
+    """The conserved quantities in a result: its variables along t alone."""
+    return [str(name) for name, variable in dataset.data_vars.items() if variable.dims == ("t",)]
+
+
+class Recorder(Protocol):
+    """Takes the frames of a run, one after the other."""
+
+    def append(self, t: float, state: NDArray[np.float64], conserved: dict[str, float]) -> None:
+        """Add a frame: a state of shape (components, size) and the conserved quantities."""
+
+    def close(self, attributes: dict[str, Any]) -> None:
+        """End the recording with the attributes of a run that has ended."""
+
+    def dataset(self) -> xr.Dataset:
+        """What was recorded."""
+
+
+class MemoryRecorder:
+    """A `Recorder` that keeps the frames in memory."""
+
+    def __init__(self, simulation: Simulation, conserved: list[str]) -> None:
+        self._simulation = simulation
+        self._conserved = conserved
+        self._attributes: dict[str, Any] = attributes(simulation)
+        self._t: list[float] = []
+        self._states: list[NDArray[np.float64]] = []
+        self._values: list[dict[str, float]] = []
+
+    def append(self, t: float, state: NDArray[np.float64], conserved: dict[str, float]) -> None:
+        """Add a frame."""
+        self._t.append(t)
+        self._states.append(state.copy())
+        self._values.append(conserved)
+
+    def close(self, attributes: dict[str, Any]) -> None:
+        """End the recording."""
+        self._attributes |= attributes
+
+    def dataset(self) -> xr.Dataset:
+        """What was recorded."""
+        import xarray as xr
+
+        simulation = self._simulation
+        names = simulation.equation.variables
+        frames = np.array(self._states).reshape(len(self._t), len(names), simulation.grid.size)
+        fields = {name: (("t", "x"), frames[:, index], describe(name)) for index, name in enumerate(names)}
+        series = {name: ("t", np.array([values[name] for values in self._values]), describe(name)) for name in self._conserved}
+        coordinates = {"t": ("t", np.array(self._t), describe("t")), "x": ("x", simulation.grid.x, describe("x"))}
+        return xr.Dataset({**fields, **series}, coordinates, self._attributes)

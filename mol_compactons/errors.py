@@ -1,0 +1,40 @@
+"""The two ways in which a run can go wrong: bad input, and an integrator that gives up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class InputError(ValueError):
+    """A value that the program cannot accept.
+
+    The message is one sentence: the value, what is allowed, what to do.
+    """
+
+
+class IntegrationError(RuntimeError):
+    """The time integrator could not go on.
+
+    Parameters
+    ----------
+    message : str
+        One sentence: what happened and the cure.
+    t : float
+        The last time that was reached.
+    dataset : xarray.Dataset, optional
+        The frames up to there.
+    """
+
+    def __init__(self, message: str, t: float, dataset: xr.Dataset | None = None) -> None:
+        super().__init__(message)
+        self.t = t
+        self.dataset = dataset
+
+
+def require(condition: bool, message: str) -> None:
+    """Raise `InputError` with `message` unless `condition` holds."""
+    if not condition:
+        raise InputError(message)

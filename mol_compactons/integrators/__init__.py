@@ -1,0 +1,6 @@
+"""Time integrators: each takes a semi-discretisation M y' = f(t, y) from output time to output time."""
+
+from mol_compactons.integrators.midpoint import Midpoint
+from mol_compactons.integrators.sundials import CVODE, IDA
+
+__all__ = ["CVODE", "IDA", "Midpoint"]

@@ -1,0 +1,46 @@
+"""What every integrator shares: the counters of a run, and the form of a run in progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Report = Callable[[float], None]
+"""Called now and then with the time reached."""
+
+
+def no_report(t: float) -> None:
+    """A `Report` that says nothing."""
+
+
+@dataclass
+class Counters:
+    """What a run has cost so far.
+
+    Parameters
+    ----------
+    steps, evaluations, jacobians, failures : int
+        Accepted steps, evaluations of f or of the residual (those for difference-quotient Jacobians included where the
+        integrator counts them), Jacobians, and step attempts that were repeated with a smaller step.
+    warnings : list of str
+        What SUNDIALS said on the way.
+    """
+
+    steps: int = 0
+    evaluations: int = 0
+    jacobians: int = 0
+    failures: int = 0
+    warnings: list[str] = field(default_factory=list)
+
+
+class Integration(Protocol):
+    """A run in progress."""
+
+    counters: Counters
+
+    def advance(self, t: float, report: Report = no_report) -> NDArray[np.float64]:
+        """The state at the output time t, shape (components, size); raises `IntegrationError`."""

@@ -1,0 +1,89 @@
+"""Finding and loading scenarios: a Python script that defines `simulation`, or a result, which carries its own."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import runpy
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mol_compactons.errors import InputError, require
+from mol_compactons.simulation import Simulation
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def folder() -> Path:
+    """Where the scenarios that come with the package are."""
+    installed = Path(__file__).parent / "scenarios"
+    return installed if installed.is_dir() else Path(__file__).parent.parent / "scenarios"
+
+
+def listing() -> dict[str, str]:
+    """The scenarios that come with the package: name and first line of the docstring."""
+    lines = {}
+    for path in sorted(folder().glob("*.py")):
+        docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        lines[path.stem] = docstring.splitlines()[0] if docstring else ""
+    return lines
+
+
+def load(target: str) -> Simulation:
+    """The simulation of a scenario script, of a scenario of the package by its name, or of a result.
+
+    Parameters
+    ----------
+    target : str
+        ``scenarios/two_bright.py``, ``two_bright`` or ``two_bright.nc``.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it does not define a simulation.
+    """
+    path = Path(target)
+    if path.suffix == ".nc":
+        return from_result(path)
+    if not path.is_file():
+        path = folder() / f"{path.stem}.py"
+    if not path.is_file():
+        names = list(listing())
+        close = difflib.get_close_matches(Path(target).stem, names, n=1, cutoff=0.4)
+        hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(names)}."
+        raise InputError(f"There is no scenario {target!r}; {hint}")
+    try:
+        simulation = runpy.run_path(str(path)).get("simulation")
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{path} could not be run ({type(error).__name__}: {error}); correct the script.") from error
+    if not isinstance(simulation, Simulation):
+        raise InputError(f"{path} does not define a Simulation under the name 'simulation'; add one.")
+    return simulation
+
+
+def open_result(path: Path) -> xr.Dataset:
+    """A result file, opened lazily.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, cannot be read, or is no result of this program.
+    """
+    import xarray
+
+    require(path.is_file(), f"There is no file {path}.")
+    try:
+        dataset = xarray.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
+    require("simulation" in dataset.attrs, f"{path} is not a result of mol_compactons: it has no attribute 'simulation'.")
+    return dataset
+
+
+def from_result(path: Path) -> Simulation:
+    """The simulation that a result file carries."""
+    with open_result(path) as dataset:
+        return Simulation.from_json(str(dataset.attrs["simulation"]))

@@ -1,0 +1,5 @@
+"""Spatial discretisations: each turns an equation on a grid into a semi-discretisation M y' = f(t, y)."""
+
+from mol_compactons.schemes.compact import CompactScheme
+
+__all__ = ["CompactScheme"]

@@ -1,0 +1,183 @@
+"""One simulation: what is solved, where, how, from what and how long; and `run`, which does it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.configuration import check, decode, encode
+from mol_compactons.equations import GranularCompacton
+from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.grid import Grid
+from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.integrators.progress import Report, no_report
+from mol_compactons.schemes import CompactScheme
+from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.waves import Compacton, Samples, superpose
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Equation = GranularCompacton
+Scheme = CompactScheme
+Wave = Compacton | Samples
+Integrator = IDA | CVODE | Midpoint
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """An equation on a grid, discretised by a scheme, from exact waves at t = 0 to t_end.
+
+    Parameters
+    ----------
+    equation, grid, scheme
+        The continuous problem and its discretisation; which of them go together is for ``scheme.discretize`` to say.
+    initial : list of waves
+        Their sum is the state at t = 0. The supports of compactons must not overlap.
+    t_end : float
+        The last time, nondimensional.
+    frames : int
+        Number of output times, equally spaced from 0 to t_end, both included.
+    integrator
+        The time integrator.
+    title : str
+        One line that says what this is.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the parts do not fit together.
+
+    Examples
+    --------
+    >>> simulation = Simulation(
+    ...     equation=GranularCompacton(n=3),
+    ...     grid=Grid(length=30, size=120),
+    ...     scheme=CompactScheme(viscosity=1e-3),
+    ...     initial=[Compacton(speed=1, center=5.5)],
+    ...     t_end=1,
+    ...     frames=3,
+    ... )
+    >>> dataset = run(simulation)
+    >>> dataset.W.dims, dataset.sizes["x"], dataset.attrs["status"]
+    (('t', 'x'), 120, 'complete')
+    """
+
+    equation: Equation
+    grid: Grid
+    initial: Sequence[Wave]
+    t_end: float
+    scheme: Scheme = field(default_factory=CompactScheme)
+    frames: int = 101
+    integrator: Integrator = field(default_factory=IDA)
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(self.t_end > 0, f"t_end = {self.t_end:g} must be positive.")
+        require(self.frames >= 2, f"frames = {self.frames} must be at least 2: the first and the last time.")
+        self.discretize()
+        self.initial_state()
+
+    def discretize(self) -> SemiDiscretization:
+        """The system of ordinary differential equations."""
+        return self.scheme.discretize(self.equation, self.grid)
+
+    def initial_state(self) -> NDArray[np.float64]:
+        """The state at t = 0, shape (components, size)."""
+        return superpose(self.initial, self.equation, self.grid)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """The output times, shape (frames,)."""
+        return np.linspace(0.0, self.t_end, self.frames)
+
+    def to_json(self) -> str:
+        """The simulation as JSON, from which `from_json` makes it again, bit for bit."""
+        return json.dumps(encode(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Simulation:
+        """The inverse of `to_json`.
+
+        Raises
+        ------
+        InputError
+            If the text is not the JSON of a valid simulation.
+        """
+        try:
+            data = json.loads(text)
+        except json.JSONDecodeError as error:
+            raise InputError(f"The text is not JSON ({error}); give what Simulation.to_json() returned.") from None
+        simulation = decode(cls, data)
+        require(isinstance(simulation, cls), "The JSON does not describe a Simulation.")
+        return simulation  # type: ignore[no-any-return]
+
+
+def run(
+    simulation: Simulation,
+    path: str | Path | None = None,
+    *,
+    overwrite: bool = False,
+    report: Report = no_report,
+) -> xr.Dataset:
+    """Integrate a simulation and return its frames as a labelled Dataset.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        What to run.
+    path : str or Path, optional
+        A NetCDF file. Frames stream into it while the run goes on, and the Dataset returned reads from it lazily. Without
+        a path the frames stay in memory.
+    overwrite : bool
+        Whether a file that exists may be replaced.
+    report : callable, optional
+        Called now and then with the time reached.
+
+    Returns
+    -------
+    xarray.Dataset
+        The components (t, x), the conserved quantities (t), and in its attributes the simulation, the status and the
+        cost.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the integrator cannot take the system; nothing is written then.
+    IntegrationError
+        If the integrator gives up. The frames up to there are in the file, or in the error's attribute `dataset`.
+    """
+    from mol_compactons.dataset import MemoryRecorder, cost_attributes
+    from mol_compactons.store import NetCDFRecorder
+
+    system = simulation.discretize()
+    state = simulation.initial_state()
+    integration = simulation.integrator.start(system, state, simulation.t_end)
+    conserved = list(system.invariants(state))
+    recorder = (
+        MemoryRecorder(simulation, conserved) if path is None else NetCDFRecorder(simulation, conserved, Path(path), overwrite)
+    )
+    started = time.process_time()
+    status, failure = "interrupted at t = 0", None
+    try:
+        recorder.append(0.0, state, system.invariants(state))
+        for t in simulation.times[1:]:
+            state = integration.advance(t, report)
+            recorder.append(t, state, system.invariants(state))
+            status = f"interrupted at t = {t:.6g}"
+        status = "complete"
+    except IntegrationError as error:
+        status, failure = f"failed at t = {error.t:.6g}: {error}", error
+    finally:
+        recorder.close(cost_attributes(status, integration.counters, time.process_time() - started))
+    if failure:
+        raise IntegrationError(str(failure), failure.t, recorder.dataset())
+    return recorder.dataset()

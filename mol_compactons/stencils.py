@@ -1,0 +1,80 @@
+"""Five-point finite-difference stencils on a periodic grid, by name, with their symbols and orders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """Coefficients of u_(j-2) .. u_(j+2) that approximate h^derivative times a derivative of u.
+
+    Parameters
+    ----------
+    coefficients : tuple of float
+        The five coefficients.
+    derivative : int
+        Which derivative; 0 for an average.
+    order : int
+        The power of h at which the error falls; for the members of a compact pair, that of the pair.
+    """
+
+    coefficients: tuple[float, float, float, float, float]
+    derivative: int
+    order: int
+
+    @property
+    def reach(self) -> int:
+        """How many neighbours on each side take part."""
+        return max(abs(offset) for offset, c in zip(range(-2, 3), self.coefficients, strict=True) if c)
+
+    def scaled(self, spacing: float) -> NDArray[np.float64]:
+        """The coefficients divided by h^derivative, shape (5,)."""
+        return np.array(self.coefficients) / spacing**self.derivative
+
+    def symbol(self, theta: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """The eigenvalues of the stencil on exp(i theta j), complex, same shape as theta (theta = k h)."""
+        offsets = np.arange(-2, 3)
+        return np.asarray(np.exp(1j * np.multiply.outer(np.asarray(theta), offsets)) @ np.array(self.coefficients))
+
+
+COMPACT_MASS = Stencil((1 / 120, 26 / 120, 66 / 120, 26 / 120, 1 / 120), derivative=0, order=6)
+"""The mass matrix of quintic B-splines; with `COMPACT_FIRST` a sixth-order first derivative. De Frutos, Lopez-Marcos and
+Sanz-Serna (1995), doi:10.1006/jcph.1995.1161."""
+
+COMPACT_FIRST = Stencil((-1 / 24, -10 / 24, 0.0, 10 / 24, 1 / 24), derivative=1, order=6)
+"""The first difference that belongs to `COMPACT_MASS`."""
+
+FOURTH_DIFFERENCE = Stencil((1.0, -4.0, 6.0, -4.0, 1.0), derivative=4, order=2)
+"""The fourth difference of the artificial viscosity."""
+
+SECOND_WIDE = Stencil((1 / 4, 0.0, -1 / 2, 0.0, 1 / 4), derivative=2, order=2)
+"""The paper's second difference over (2h)^2, with the denominator 4 h^2 that the paper misprints as h^2."""
+
+SECOND_NEAREST = Stencil((0.0, 1.0, -2.0, 1.0, 0.0), derivative=2, order=2)
+"""The second difference of the nearest neighbours."""
+
+SECOND_FIVE_POINT = Stencil((-1 / 12, 16 / 12, -30 / 12, 16 / 12, -1 / 12), derivative=2, order=4)
+"""The five-point second difference."""
+
+
+@njit(cache=True)
+def convolve(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """Apply a five-point stencil, shape (5,), to u, shape (N,) with N >= 5, on a periodic grid; result in `out`."""
+    size = u.size
+    far_left, left, middle, right, far_right = stencil[0], stencil[1], stencil[2], stencil[3], stencil[4]
+    for j in range(2, size - 2):
+        out[j] = far_left * u[j - 2] + left * u[j - 1] + middle * u[j] + right * u[j + 1] + far_right * u[j + 2]
+    for k in range(-2, 2):
+        j = k if k >= 0 else k + size
+        out[j] = (
+            far_left * u[(j - 2) % size]
+            + left * u[(j - 1) % size]
+            + middle * u[j]
+            + right * u[(j + 1) % size]
+            + far_right * u[(j + 2) % size]
+        )
