@@ -54,12 +54,12 @@ class Grid:
     @property
     def x(self) -> NDArray[np.float64]:
         """The coordinates, shape (size,), nondimensional."""
-        return self.left + self.spacing * np.arange(self.size)
+        return self.left + self.spacing * np.arange(self.size, dtype=np.float64)
 
     @property
     def wavenumbers(self) -> NDArray[np.float64]:
         """The wavenumbers k of a real Fourier transform on this grid, shape (size // 2 + 1,), nondimensional."""
-        return 2 * np.pi / self.length * np.arange(self.size // 2 + 1)
+        return 2 * np.pi / self.length * np.arange(self.size // 2 + 1, dtype=np.float64)
 
     def offset(self, center: float) -> NDArray[np.float64]:
         """Signed distance x - center on the periodic line, in [-length / 2, length / 2), shape (size,)."""

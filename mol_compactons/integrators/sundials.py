@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import sys
 import tempfile
@@ -14,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from mol_compactons.configuration import check
@@ -151,6 +153,15 @@ def _order_for_damping(system: SemiDiscretization, state: Array) -> int:
     return next(order for least, order in ORDERS_BY_DAMPING if system.damping >= least * fastest)
 
 
+@njit(cache=True)
+def _all_finite(values: Array) -> bool:
+    for component in range(values.shape[0]):
+        for cell in range(values.shape[1]):
+            if not math.isfinite(values[component, cell]):
+                return False
+    return True
+
+
 class SundialsIntegration:
     """A run of IDA or CVODE in progress, stepped from output time to output time."""
 
@@ -216,13 +227,24 @@ class SundialsIntegration:
         system.unfold(y, out=self._state)
         system.rhs(t, self._state, self._rate)
         self._product -= self._rate
+        self._insist_on_numbers(self._product)
         system.fold(self._product, out=residual)
 
     def _right_hand_side(self, t: float, y: Array, yp: Array) -> None:
         self._count(t)
         self._system.unfold(y, out=self._state)
         self._system.rhs(t, self._state, self._rate)
+        self._insist_on_numbers(self._rate)
         self._system.fold(self._rate, out=yp)
+
+    def _insist_on_numbers(self, values: Array) -> None:
+        """SUNDIALS never returns from a step whose residual is NaN, so that this must be noticed here."""
+        if not _all_finite(values):
+            raise IntegrationError(
+                f"The right-hand side was not finite after t = {self._t:.6g}, as where a solution blows up; add viscosity, "
+                "refine the grid, or choose another scheme.",
+                self._t,
+            )
 
     def _ida_jacobian(self, diagonals: Array) -> Any:
         system = self._system
@@ -262,12 +284,7 @@ class SundialsIntegration:
                     self._t = result.t
             report(min(self._t, t))
         with self._listening():
-            state = self._system.unfold(self._solve(t, "normal").y)
-        if not np.isfinite(state).all():
-            raise IntegrationError(
-                f"{self._name} produced NaN after t = {self._t:.6g}; add viscosity or refine the grid.", self._t
-            )
-        return state
+            return self._system.unfold(self._solve(t, "normal").y)
 
     def _solve(self, t: float, method: str) -> Any:
         """One step of the solver ("onestep"), or the interpolated solution at t ("normal")."""

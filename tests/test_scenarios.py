@@ -1,0 +1,60 @@
+"""Every scenario runs, and one number of it is asserted."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from mol_compactons import Compacton, run, scenarios
+from tests.systems import relative_error
+
+
+@cache
+def result(name: str) -> xr.Dataset:
+    return run(scenarios.load(name))
+
+
+def test_single_compacton() -> None:
+    dataset, simulation = result("single_compacton"), scenarios.load("single_compacton")
+    final = dataset.W[-1]
+    exact = simulation.initial[0].values(simulation.equation, simulation.grid, 14)[0]
+    assert float(final.idxmax()) == pytest.approx(19.5, abs=0.15)
+    assert float(abs(dataset.mass / dataset.mass[0] - 1).max()) < 1e-10
+    assert 4e-2 < relative_error(final.values, exact) < 5e-2
+
+
+def test_two_bright() -> None:
+    """The faster wave is ahead of where it would have been alone, the slower one behind: the phase shifts of a collision."""
+    final = result("two_bright").W[-1]
+    fast, slow = float(final.idxmax()), float(final.sel(x=slice(15, 30)).idxmax())
+    assert fast == pytest.approx(47.2, abs=0.5)
+    assert slow == pytest.approx(20.5, abs=0.5)
+    assert float(final.max()) == pytest.approx(np.sqrt(2), rel=0.06)
+
+
+def test_two_dark_is_two_bright_with_the_sign_changed() -> None:
+    assert np.array_equal(result("two_dark").W, -result("two_bright").W)
+
+
+def test_bright_dark() -> None:
+    """The viscosity takes a good part of the momentum where the sign changes, as the docstring warns."""
+    dataset = result("bright_dark")
+    kept = float(dataset.momentum[-1] / dataset.momentum[0])
+    assert 0.4 < kept < 0.7
+    assert float(dataset.W[-1].min()) < 0 < float(dataset.W[-1].max())
+
+
+def test_hertz_compacton() -> None:
+    simulation = scenarios.load("hertz_compacton")
+    exact = simulation.initial[0].values(simulation.equation, simulation.grid, simulation.t_end)[0]
+    assert relative_error(result("hertz_compacton").W.values[-1], exact) < 1e-3
+
+
+@pytest.mark.parametrize("name", list(scenarios.listing()))
+def test_each_is_complete_and_keeps_its_mass(name: str) -> None:
+    dataset = result(name)
+    assert dataset.attrs["status"] == "complete"
+    assert dataset.attrs["title"]
+    assert float(abs(dataset.mass - dataset.mass[0]).max()) < 1e-9
+    assert all(isinstance(wave, Compacton) for wave in scenarios.load(name).initial)

@@ -1,0 +1,81 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mol_compactons import Compacton, CompactScheme, GranularCompacton, Grid, InputError, Midpoint, Samples, Simulation, run
+from mol_compactons.integrators import CVODE, IDA
+from tests.systems import one_compacton, relative_error
+
+simulations = st.builds(
+    Simulation,
+    equation=st.builds(GranularCompacton, n=st.floats(1.5, 5)),
+    grid=st.builds(Grid, length=st.floats(40, 80), size=st.integers(9, 40), left=st.floats(-5, 5)),
+    scheme=st.builds(
+        CompactScheme,
+        second_difference=st.sampled_from(["wide", "nearest", "five_point"]),
+        viscosity=st.floats(0, 1),
+    ),
+    initial=st.lists(st.builds(Compacton, speed=st.floats(0.1, 3), center=st.floats(-50, 50)), min_size=1, max_size=1),
+    t_end=st.floats(1e-3, 1e3),
+    frames=st.integers(2, 1000),
+    integrator=st.builds(IDA, rtol=st.floats(1e-12, 1e-3)) | st.builds(CVODE) | st.builds(Midpoint, step=st.floats(1e-4, 1)),
+    title=st.text(max_size=10),
+)
+
+
+@given(simulations)
+def test_json_round_trip_is_exact(simulation: Simulation) -> None:
+    assert Simulation.from_json(simulation.to_json()) == simulation
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '"x"', '{"type": "Grid"}'])
+def test_json_of_something_else_is_refused(text: str) -> None:
+    with pytest.raises(InputError):
+        Simulation.from_json(text)
+
+
+def test_bad_times_are_named() -> None:
+    with pytest.raises(InputError, match="t_end = 0 must be positive"):
+        replace(one_compacton(), t_end=0)
+    with pytest.raises(InputError, match="frames = 1 must be at least 2"):
+        replace(one_compacton(), frames=1)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_initial_data_that_are_not_finite_are_refused(bad: float) -> None:
+    with pytest.raises(InputError, match="must be finite"):
+        replace(one_compacton(), initial=[Samples((bad,) * 150)])
+
+
+def test_a_run_in_memory_and_one_on_disk_are_the_same(tmp_path: Path) -> None:
+    simulation = one_compacton()
+    memory = run(simulation)
+    with run(simulation, tmp_path / "result.nc") as disk:
+        xr.testing.assert_equal(memory, disk.load())
+        assert set(memory.attrs) == set(disk.attrs)
+
+
+def test_a_result_is_a_scenario_and_repeats_itself_bit_for_bit(tmp_path: Path) -> None:
+    with run(one_compacton(), tmp_path / "first.nc") as first:
+        again = run(Simulation.from_json(first.attrs["simulation"]))
+        xr.testing.assert_identical(again.drop_attrs(), first.load().drop_attrs())
+
+
+def test_the_paper_single_compacton_with_little_viscosity() -> None:
+    """N = 600, t = 14: the error is below 5e-3 once the viscosity is no more than the grid needs."""
+    simulation = one_compacton(size=600, t_end=14, second_difference="nearest", viscosity=1e-5)
+    final = run(simulation).W.values[-1]
+    exact = simulation.initial[0].values(simulation.equation, simulation.grid, 14)[0]
+    assert relative_error(final, exact) < 5e-3
+
+
+def test_the_report_ends_at_the_end() -> None:
+    times: list[float] = []
+    run(one_compacton(), report=times.append)
+    assert times == sorted(times)
+    assert times[-1] == 1.0
