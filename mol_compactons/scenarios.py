@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def folder() -> Path:
     """Where the scenarios that come with the package are."""
-    installed = Path(__file__).parent / "scenarios"
+    installed = Path(__file__).parent / "scenario_scripts"
     return installed if installed.is_dir() else Path(__file__).parent.parent / "scenarios"
 
 
