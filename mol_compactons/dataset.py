@@ -25,9 +25,12 @@ LONG_NAMES = {
     "t": "time",
     "x": "coordinate along the periodic line",
     "W": "amplitude of the wave of compression (positive) or rarefaction (negative)",
-    "mass": "mass, the integral of the amplitude",
-    "momentum": "momentum Q, half the integral of the squared amplitude",
-    "energy": "energy H, the Hamiltonian",
+    "u": "amplitude",
+    "S": "stress",
+    "v": "velocity",
+    "mass": "mass, the integral of the first component",
+    "momentum": "momentum, the integral of the velocity or, for a one-way equation, Q, half that of the squared amplitude",
+    "energy": "energy, the Hamiltonian",
 }
 """Every name in a result; all are nondimensional, with units "1"."""
 

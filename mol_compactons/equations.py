@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.configuration import check
-from mol_compactons.errors import require
+from mol_compactons.errors import InputError, require
 from mol_compactons.flux import Flux, PowerLaw, whole_power
 
 SecondDifference = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -44,6 +44,17 @@ class CosinePower:
         return np.asarray(self.amplitude * cosine**self.exponent)
 
 
+def _contact_flux(n: float, strength: float, dispersion: float) -> Flux:
+    """The flux of a contact of exponent n: a = C |u|^(n-1) u, b = C beta |u|^((n-1)/2), g = |u|^((n-1)/2) u.
+
+    For n = 3 the smooth polynomials u^3, u, u^2 take their place, of which they are the same flux.
+    """
+    if n == 3:
+        return Flux((whole_power(strength, 3),), whole_power(strength * dispersion, 1), whole_power(1, 2))
+    a = PowerLaw(strength, n, odd=True)
+    return Flux((a,), PowerLaw(strength * dispersion, (n - 1) / 2), PowerLaw(1, (n + 1) / 2, odd=True))
+
+
 @dataclass(frozen=True)
 class GranularCompacton:
     r"""The granular compacton equation, for waves of compression (W > 0) and of rarefaction (W < 0) alike.
@@ -52,7 +63,6 @@ class GranularCompacton:
 
     For odd n this is W_t + {W^n + W^((n-1)/2) (W^((n+1)/2))_xx}_x = 0. For even n it is that equation where W > 0, and
     where W < 0 the one with the opposite sign in front of the braces. Any real n > 1 will do; n = 3/2 is Hertz contact.
-    For n = 3 the smooth polynomials W^3, W, W^2 take the place of the odd extension, of which they are the same flux.
 
     Conserved: mass = Int W, momentum Q = 1/2 Int W^2 and energy
     H = Int [(n+1)/4 |W|^(n-1) W_x^2 - |W|^(n+1) / (n+1)].
@@ -90,28 +100,306 @@ class GranularCompacton:
     @cached_property
     def flux(self) -> Flux:
         """The flux a = |W|^(n-1) W, b = psi, g = psi W."""
-        if self.n == 3:
-            return Flux((whole_power(1, 3),), whole_power(1, 1), whole_power(1, 2))
-        a = PowerLaw(1, self.n, odd=True)
-        return Flux((a,), PowerLaw(1, (self.n - 1) / 2), PowerLaw(1, (self.n + 1) / 2, odd=True))
+        return _contact_flux(self.n, 1.0, 1.0)
 
-    def compacton(self, speed: float) -> CosinePower:
-        """The compacton of a given speed c > 0: M = (c (n+1) / 2)^(1/(n-1)), K = (n-1)/(n+1), gamma = 2/(n-1)."""
+    def compacton(self, speed: float, sign: int = 1) -> CosinePower:
+        """The compacton of speed c > 0: M = +-(c (n+1) / 2)^(1/(n-1)), K = (n-1)/(n+1), gamma = 2/(n-1)."""
         n = self.n
         require(
             speed > 0,
             f"Compacton.speed = {speed:g} must be positive for the granular compacton equation, whose bright and dark "
             "waves both move to the right; sign=-1 gives a dark one.",
         )
-        return CosinePower((speed * (n + 1) / 2) ** (1 / (n - 1)), (n - 1) / (n + 1), 2 / (n - 1))
+        return CosinePower(sign * (speed * (n + 1) / 2) ** (1 / (n - 1)), (n - 1) / (n + 1), 2 / (n - 1))
+
+    def check_state(self, state: NDArray[np.float64]) -> None:
+        """Any real state will do."""
 
     def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """Mass, momentum Q and energy H of a state of shape (1, N), as sums over the grid; nondimensional."""
         (u,) = state
-        kappa = 2 / (self.n + 1)
-        energy = self.flux.energy_density(u, second_difference(self.flux.g(u)), kappa)
+        energy = self.flux.energy_density(u, second_difference(self.flux.g(u)), 2 / (self.n + 1))
         return {
             "mass": spacing * float(u.sum()),
             "momentum": 0.5 * spacing * float(u @ u),
             "energy": -spacing * float(energy.sum()),
         }
+
+
+@dataclass(frozen=True)
+class RosenauHyman:
+    r"""The Rosenau-Hyman equation K(m, n).
+
+    .. math::  u_t + (u^m)_x + (u^n)_{xxx} = 0
+
+    In the classical form u^m is the plain power of a whole exponent; in the absolute form it is |u|^(m-1) u, odd in u for any
+    real exponent, so that every wave has a mirror image that moves the same way.
+
+    Conserved: mass = Int u and energy = Int of the antiderivative of u^n; with m = n the equation is u_t = -(d + d^3)
+    of the variational derivative of that energy. (With m = n also Int u cos x and Int u sin x.) The momentum Int u^2 / 2
+    is not conserved.
+
+    Parameters
+    ----------
+    m, n : float
+        The exponents, at least 1.
+    absolute : bool
+        Whether powers are |u|^(m-1) u and |u|^(n-1) u.
+
+    Raises
+    ------
+    InputError
+        If an exponent is less than 1, or no whole number in the classical form.
+
+    Notes
+    -----
+    All quantities are nondimensional. Source: Rosenau and Hyman, Phys. Rev. Lett. 70 (1993) 564,
+    doi:10.1103/PhysRevLett.70.564.
+
+    Examples
+    --------
+    >>> round(RosenauHyman(m=2, n=2).compacton(speed=1).amplitude, 4)
+    1.3333
+    """
+
+    m: float
+    n: float
+    absolute: bool = False
+
+    variables = ("u",)
+    two_way = False
+
+    def __post_init__(self) -> None:
+        check(self)
+        for name, exponent in (("m", self.m), ("n", self.n)):
+            require(exponent >= 1, f"RosenauHyman.{name} = {exponent:g} must be at least 1; K(2, 2) is the classic.")
+            require(
+                self.absolute or exponent == int(exponent),
+                f"RosenauHyman.{name} = {exponent:g} must be a whole number in the classical form; set absolute=True for "
+                "powers of |u|.",
+            )
+
+    def _power(self, exponent: float) -> PowerLaw:
+        return PowerLaw(1, exponent, odd=True) if self.absolute else whole_power(1, exponent)
+
+    @cached_property
+    def flux(self) -> Flux:
+        """The flux a = u^m, b = 1, g = u^n."""
+        return Flux((self._power(self.m),), PowerLaw(1, 0), self._power(self.n))
+
+    def compacton(self, speed: float, sign: int = 1) -> CosinePower:
+        """The compacton of K(m, m): M = (2 c m / (m+1))^(1/(m-1)), K = (m-1)/(2m), gamma = 2/(m-1).
+
+        Dark waves move to the left in the classical form with an even m, to the right otherwise.
+        """
+        m = self.m
+        require(
+            m == self.n and m > 1,
+            f"RosenauHyman with m = {m:g}, n = {self.n:g} has no compacton of closed form; choose m = n larger than 1.",
+        )
+        one_sided = not self.absolute and m % 2 == 0
+        direction = sign if one_sided else 1
+        require(
+            speed * direction > 0,
+            f"Compacton.speed = {speed:g} has the wrong sign for a {'bright' if sign > 0 else 'dark'} wave of "
+            f"K({m:g}, {m:g}); it must be {'positive' if direction > 0 else 'negative'}.",
+        )
+        return CosinePower(sign * (2 * abs(speed) * m / (m + 1)) ** (1 / (m - 1)), (m - 1) / (2 * m), 2 / (m - 1))
+
+    def check_state(self, state: NDArray[np.float64]) -> None:
+        """Any real state will do."""
+
+    def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
+        """Mass and energy of a state of shape (1, N), as sums over the grid; nondimensional."""
+        (u,) = state
+        return {
+            "mass": spacing * float(u.sum()),
+            "energy": spacing * float(self.flux.g.antiderivative()(u).sum()),
+        }
+
+
+@dataclass(frozen=True)
+class Nesterenko:
+    r"""Nesterenko's two-way equation for the stress S of a chain of grains, with or without pre-stress.
+
+    .. math::
+        S_{tt} = C \{ S^n + \beta S^{(n-1)/2} (S^{(n+1)/2})_{xx} \}_{xx} + c_0^2 S_{xx},
+
+    solved as the system of conservation laws S_t = -v_x, v_t = -F_x with the velocity v of the grains. C = A a^(n+1),
+    beta = n a^2 / (6 (n+1)) and c0^2 = gamma a^(n+3). The displacements u, with S = -u_x and v = u_t, solve
+    u_tt = -F[-u_x]_x; see `displacements`.
+
+    Conserved: mass = Int S, momentum = Int v and
+    energy = Int [v^2 / 2 + C S^(n+1) / (n+1) + c0^2 S^2 / 2 - C beta ((S^((n+1)/2))_x)^2 / (n+1)].
+
+    **The equation is ill-posed.** About a state S0 waves of wavenumber k have omega^2 = C S0^(n-1) n k^2 (1 - a^2 k^2 / 12) +
+    c0^2 k^2, which without pre-stress is negative beyond k^2 = 12 / a^2, and the growth rate rises like k^2 without bound:
+    the finer the grid, the faster any non-zero state breaks up. The chain itself has a sine in place of the polynomial,
+    and is stable.
+
+    Parameters
+    ----------
+    n : float
+        The exponent of the force, larger than 1.
+    strength : float
+        The coefficient A > 0 of the force.
+    grain_distance : float
+        The distance a > 0 between the grains.
+    prestress : float
+        The coefficient gamma >= 0 of the linear part; 0 for sonic vacuum.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range; for states with negative stress unless n is an odd whole number.
+
+    Notes
+    -----
+    All quantities are nondimensional. Source: Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733, doi:10.1007/BF00905892;
+    Vladimirov and Skurativskyi (2015), equations (EqNest) and (EqNest2).
+
+    Examples
+    --------
+    >>> Nesterenko(n=3).compacton(speed=1).amplitude
+    1.4142135623730951
+    """
+
+    n: float
+    strength: float = 1.0
+    grain_distance: float = 1.0
+    prestress: float = 0.0
+
+    variables = ("S", "v")
+    two_way = True
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(self.n > 1, f"Nesterenko.n = {self.n:g} must be larger than 1; the Hertz contact has n = 1.5.")
+        require(self.strength > 0, f"Nesterenko.strength = {self.strength:g} must be positive.")
+        require(self.grain_distance > 0, f"Nesterenko.grain_distance = {self.grain_distance:g} must be positive.")
+        require(self.prestress >= 0, f"Nesterenko.prestress = {self.prestress:g} must not be negative; 0 is none.")
+
+    @property
+    def stiffness(self) -> float:
+        """C = A a^(n+1)."""
+        return float(self.strength * self.grain_distance ** (self.n + 1))
+
+    @property
+    def dispersion(self) -> float:
+        """Beta = n a^2 / (6 (n+1))."""
+        return self.n * self.grain_distance**2 / (6 * (self.n + 1))
+
+    @property
+    def sound_speed(self) -> float:
+        """c0 = sqrt(gamma a^(n+3)), the speed of linear waves at zero stress."""
+        return math.sqrt(self.prestress * self.grain_distance ** (self.n + 3))
+
+    @cached_property
+    def flux(self) -> Flux:
+        """The flux a = C S^n + c0^2 S, b = C beta S^((n-1)/2), g = S^((n+1)/2), odd in S."""
+        contact = _contact_flux(self.n, self.stiffness, self.dispersion)
+        if not self.prestress:
+            return contact
+        return Flux((*contact.a, PowerLaw(self.sound_speed**2, 1, odd=True)), contact.b, contact.g)
+
+    def compacton(self, speed: float, sign: int = 1) -> CosinePower:
+        """The compacton of speed V, |V| > c0: V^2 = c0^2 + 2 C |M|^(n-1) / (n+1), K = (n-1) / ((n+1) sqrt(beta))."""
+        n = self.n
+        require(
+            abs(speed) > self.sound_speed,
+            f"Compacton.speed = {speed:g} is not faster than sound, {self.sound_speed:.4g}; compactons of Nesterenko's "
+            "equation are supersonic, to either side.",
+        )
+        amplitude = ((speed**2 - self.sound_speed**2) * (n + 1) / (2 * self.stiffness)) ** (1 / (n - 1))
+        return CosinePower(sign * amplitude, (n - 1) / (n + 1) / math.sqrt(self.dispersion), 2 / (n - 1))
+
+    def check_state(self, state: NDArray[np.float64]) -> None:
+        """Refuse grains in tension, which have no force unless n is an odd whole number."""
+        lowest = float(state[0].min())
+        require(
+            lowest >= 0 or self.n % 2 == 1,
+            f"The initial stress goes down to {lowest:.4g}, but Nesterenko's equation with n = {self.n:g} needs S >= 0; "
+            "use bright waves, or an odd whole n.",
+        )
+
+    def frequency_squared(self, wavenumber: float, stress: float) -> float:
+        """omega^2 of small waves about a uniform stress; negative where they grow, at the rate sqrt(-omega^2)."""
+        stiffness = self.stiffness * abs(stress) ** (self.n - 1) * self.n
+        dispersive = 1 - (self.grain_distance * wavenumber) ** 2 / 12
+        return float(wavenumber**2 * (stiffness * dispersive + self.sound_speed**2))
+
+    def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
+        """Mass, momentum and energy of a state of shape (2, N), as sums over the grid; nondimensional."""
+        stress, velocity = state
+        kappa = 2 * self.stiffness * self.dispersion / (self.n + 1)
+        energy = self.flux.energy_density(stress, second_difference(self.flux.g(stress)), kappa)
+        return {
+            "mass": spacing * float(stress.sum()),
+            "momentum": spacing * float(velocity.sum()),
+            "energy": spacing * float(0.5 * velocity @ velocity + energy.sum()),
+        }
+
+
+@dataclass(frozen=True)
+class PowerLawEquation:
+    r"""An equation of one's own with the flux F = a(u) + b(u) g(u)_xx of three power laws.
+
+    .. math::  u_t + F_x = 0,   or in two-way form   u_t + v_x = 0,  v_t + F_x = 0
+
+    Conserved: mass = Int u; where b = kappa g', also energy: for the one-way form H = -E, for the two-way form
+    Int v^2 / 2 + E, with E = Int [A(u) - (kappa / 2) g_x^2] and A' = a. A two-way equation also
+    conserves momentum = Int v.
+
+    Parameters
+    ----------
+    a, b, g : PowerLaw
+        The three laws.
+    two_way : bool
+        Which form.
+
+    Examples
+    --------
+    >>> PowerLawEquation(a=PowerLaw(1, 2), b=PowerLaw(1, 0), g=PowerLaw(1, 1, odd=True)).variables  # Korteweg-de Vries
+    ('u',)
+    """
+
+    a: PowerLaw
+    b: PowerLaw
+    g: PowerLaw
+    two_way: bool = False
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """The names of the components."""
+        return ("u", "v") if self.two_way else ("u",)
+
+    @cached_property
+    def flux(self) -> Flux:
+        """The flux."""
+        return Flux((self.a,), self.b, self.g)
+
+    def compacton(self, speed: float, sign: int = 1) -> CosinePower:
+        """Refused: there is no closed form for an arbitrary flux."""
+        raise InputError("A PowerLawEquation has no compacton of closed form; give the initial data as Samples.")
+
+    def check_state(self, state: NDArray[np.float64]) -> None:
+        """Any real state will do."""
+
+    def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
+        """Mass, and momentum and energy where they are conserved, as sums over the grid; nondimensional."""
+        u, *velocity = state
+        result = {"mass": spacing * float(u.sum())}
+        kappa = self.flux.variational_constant
+        energy = 0.0
+        if kappa is not None:
+            energy = spacing * float(self.flux.energy_density(u, second_difference(self.flux.g(u)), kappa).sum())
+        if self.two_way:
+            (v,) = velocity
+            result["momentum"] = spacing * float(v.sum())
+            energy = -energy - 0.5 * spacing * float(v @ v)
+        if kappa is not None:
+            result["energy"] = -energy
+        return result

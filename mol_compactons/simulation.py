@@ -13,21 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.configuration import check, decode, encode
-from mol_compactons.equations import GranularCompacton
+from mol_compactons.equations import GranularCompacton, Nesterenko, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.integrators.progress import Report, no_report
+from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.schemes import CompactScheme
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.waves import Compacton, Samples, superpose
+from mol_compactons.waves import Compacton, Ripple, Samples, Uniform, superpose
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Equation = GranularCompacton
+Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation
 Scheme = CompactScheme
-Wave = Compacton | Samples
+Wave = Compacton | PeriodicWave | Samples | Uniform | Ripple
 Integrator = IDA | CVODE | Midpoint
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,27 @@ class CompactonEquation(Protocol):
     def variables(self) -> tuple[str, ...]:
         """The names of the components."""
 
-    def compacton(self, speed: float) -> CosinePower:
-        """The shape of the compacton of a given speed."""
+    @property
+    def two_way(self) -> bool:
+        """Whether there is a second component v with u_t = -v_x."""
+
+    def compacton(self, speed: float, sign: int = 1) -> CosinePower:
+        """The shape of the compacton of a given speed and sign."""
+
+    def check_state(self, state: NDArray[np.float64]) -> None:
+        """Refuse a state that the equation has no meaning for."""
+
+
+class Wave(Protocol):
+    """Something that initial data can be made of."""
+
+    def values(self, equation: Any, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+        """The wave at time t, shape (components, size)."""
+
+
+def _travelling(profile: NDArray[np.float64], speed: float, equation: CompactonEquation) -> NDArray[np.float64]:
+    """The state of a wave u(x - speed t): the profile, and v = speed u where u_t = -v_x belongs to the equation."""
+    return np.array([profile, speed * profile]) if equation.two_way else profile[None]
 
 
 @dataclass(frozen=True)
@@ -55,12 +74,12 @@ class Compacton:
 
     def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (components, size)."""
-        shape = equation.compacton(self.speed)
-        return np.asarray(self.sign * shape(grid.offset(self.center + self.speed * t)))[None]
+        shape = equation.compacton(self.speed, self.sign)
+        return _travelling(shape(grid.offset(self.center + self.speed * t)), self.speed, equation)
 
     def support(self, equation: CompactonEquation, t: float = 0.0) -> tuple[float, float]:
         """The two edges of the wave at time t, on the unbounded line."""
-        half = equation.compacton(self.speed).width / 2
+        half = equation.compacton(self.speed, self.sign).width / 2
         center = self.center + self.speed * t
         return center - half, center + half
 
@@ -98,7 +117,61 @@ class Samples:
         return np.reshape(self.values_at_points, shape)
 
 
-Wave = Compacton | Samples
+@dataclass(frozen=True)
+class Uniform:
+    """A uniform background; the second component of a two-way equation is zero.
+
+    Parameters
+    ----------
+    value : float
+        The value of the first component, nondimensional.
+    """
+
+    value: float
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+        """The background, shape (components, size)."""
+        state = np.zeros((len(equation.variables), grid.size))
+        state[0] = self.value
+        return state
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """A cosine in the first component, amplitude cos(2 pi periods (x - left) / length), to be put on a background.
+
+    Parameters
+    ----------
+    amplitude : float
+        Nondimensional.
+    periods : int
+        The number of periods on the grid, at least 1.
+
+    Raises
+    ------
+    InputError
+        If the number of periods is less than 1, or more than the grid can hold.
+    """
+
+    amplitude: float
+    periods: int
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(self.periods >= 1, f"Ripple.periods = {self.periods} must be at least 1.")
+
+    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+        """The cosine, shape (components, size)."""
+        require(
+            2 * self.periods <= grid.size,
+            f"Ripple.periods = {self.periods} needs at least {2 * self.periods} grid points; grid.size = {grid.size}.",
+        )
+        state = np.zeros((len(equation.variables), grid.size))
+        state[0] = self.amplitude * np.cos(2 * np.pi * self.periods * np.arange(grid.size) / grid.size)
+        return state
 
 
 def superpose(waves: Sequence[Wave], equation: CompactonEquation, grid: Grid) -> NDArray[np.float64]:
@@ -111,7 +184,7 @@ def superpose(waves: Sequence[Wave], equation: CompactonEquation, grid: Grid) ->
     """
     require(len(waves) > 0, "initial = [] holds no wave; give at least one.")
     compactons = [wave for wave in waves if isinstance(wave, Compacton)]
-    widths = [equation.compacton(wave.speed).width for wave in compactons]
+    widths = [equation.compacton(wave.speed, wave.sign).width for wave in compactons]
     for wave, width in zip(compactons, widths, strict=True):
         require(
             width < grid.length,
@@ -128,4 +201,6 @@ def superpose(waves: Sequence[Wave], equation: CompactonEquation, grid: Grid) ->
                     f"The compactons at center = {other.center:g} and {wave.center:g} overlap: their centres are "
                     f"{distance:.4g} apart on the periodic line; put them at least {needed:.4g} apart."
                 )
-    return np.asarray(sum(wave.values(equation, grid) for wave in waves))
+    state = np.asarray(sum(wave.values(equation, grid) for wave in waves))
+    equation.check_state(state)
+    return state
