@@ -1,4 +1,4 @@
-"""The command line: mol-compactons run | info | plot | scenarios."""
+"""The command line: mol-compactons run | info | plot | stability | scenarios."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -30,6 +31,7 @@ class Parser(argparse.ArgumentParser):
 def parser() -> Parser:
     """The parser of the command line."""
     main = Parser(prog="mol-compactons", description="Compacton equations by the method of lines.")
+    main.add_argument("--version", action="version", version=f"%(prog)s {version('mol_compactons')}")
     commands = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     run = commands.add_parser("run", help="integrate a scenario, or repeat a result, into a NetCDF file")
@@ -52,6 +54,14 @@ def parser() -> Parser:
     plot.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     plot.set_defaults(handle=_plot)
 
+    stability = commands.add_parser("stability", help="report on the stability of a compacton")
+    stability.add_argument(
+        "changes", nargs="*", metavar="FIELD=VALUE", help="n=3, speed=1, sizes=100,200,400, scheme.viscosity=0"
+    )
+    stability.add_argument("-o", "--output", metavar="FILE.nc|FILE.png", help="store the report, or draw it")
+    stability.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    stability.set_defaults(handle=_stability)
+
     scenarios = commands.add_parser("scenarios", help="list the scenarios that come with the package")
     scenarios.set_defaults(handle=_scenarios)
     return main
@@ -69,6 +79,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except IntegrationError as error:
         print(f"mol-compactons: {error}", file=sys.stderr)
         return 1
+    except MemoryError:
+        print("mol-compactons: there is not enough memory; choose a smaller grid.size.", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("mol-compactons: interrupted; the frames written so far are kept.", file=sys.stderr)
         return 130
@@ -83,13 +96,7 @@ def _run(options: argparse.Namespace) -> None:
     from mol_compactons.simulation import run
     from mol_compactons.store import check_target
 
-    changes = {}
-    for change in options.changes:
-        field, equals, value = change.partition("=")
-        if not equals:
-            raise InputError(f"--set {change} lacks a value; write FIELD=VALUE, for example --set grid.size=1200.")
-        changes[field.strip()] = value
-    simulation = assign(scenarios.load(options.scenario), changes)
+    simulation = assign(scenarios.load(options.scenario), _assignments(options.changes))
     path = Path(options.output or f"{Path(options.scenario).stem}.nc")
     check_target(path, options.overwrite)
     with progress_bar(simulation.t_end, options.quiet) as report:
@@ -97,6 +104,16 @@ def _run(options: argparse.Namespace) -> None:
     if not options.quiet:
         print(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset), sep="\n")
     dataset.close()
+
+
+def _assignments(changes: list[str]) -> dict[str, str]:
+    result = {}
+    for change in changes:
+        field, equals, value = change.partition("=")
+        if not equals:
+            raise InputError(f"{change!r} lacks a value; write FIELD=VALUE, for example grid.size=1200.")
+        result[field.strip()] = value
+    return result
 
 
 def _info(options: argparse.Namespace) -> None:
@@ -131,6 +148,26 @@ def _plot(options: argparse.Namespace) -> None:
     print(f"wrote {path}")
 
 
+def _stability(options: argparse.Namespace) -> None:
+    from mol_compactons import stability
+    from mol_compactons.configuration import assign
+    from mol_compactons.plots import stability_overview
+    from mol_compactons.store import check_target
+
+    study = assign(stability.StabilityStudy(), _assignments(options.changes))
+    path = Path(options.output) if options.output else None
+    if path:
+        check_target(path, options.overwrite)
+        if path.suffix not in (".nc", ".png"):
+            raise InputError(f"{path} must end in .nc, to store the report, or .png, to draw it.")
+    dataset = stability.report(study)
+    print(*stability.verdicts(dataset), sep="\n")
+    if path and path.suffix == ".nc":
+        dataset.to_netcdf(path)
+    elif path:
+        stability_overview(dataset).savefig(path, dpi=150)
+
+
 def _scenarios(options: argparse.Namespace) -> None:
     from mol_compactons import scenarios
 
@@ -140,7 +177,9 @@ def _scenarios(options: argparse.Namespace) -> None:
 
 def contents(dataset: xr.Dataset) -> str:
     """One line: what is in a result."""
-    fields = [name for name, item in dataset.data_vars.items() if item.ndim == 2]
+    from mol_compactons.dataset import field_names
+
+    fields = field_names(dataset)
     space = dataset[fields[0]].dims[1]
     last = float(dataset["t"][-1]) if dataset.sizes["t"] else 0.0
     names = " and ".join(f"{name}(t, {space})" for name in fields)
@@ -164,18 +203,27 @@ def cost(dataset: xr.Dataset) -> str:
         return "cost unknown: the run has not ended"
     counts = ("steps", "evaluations", "jacobians", "failures", "warnings")
     numbers = ", ".join(f"{attributes[f'solver_{count}']} {count}" for count in counts)
-    return f"cost {numbers}; {attributes['cpu_seconds']:.2f} s of CPU time"
+    warning = f"; first warning: {attributes['solver_first_warning']}" if attributes["solver_warnings"] else ""
+    return f"cost {numbers}; {attributes['cpu_seconds']:.2f} s of CPU time{warning}"
 
 
 @contextmanager
 def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
-    """A progress bar in simulated time, with its rate and the time left."""
+    """A progress bar in simulated time, with its rate and the time left; it appears with the first report."""
     from tqdm import tqdm
 
+    from mol_compactons.integrators.progress import no_report
+
     layout = "{desc}{percentage:3.0f}%|{bar}| t = {n:.4g} / {total:.4g}, {rate_fmt}, {remaining} left"
-    with tqdm(total=t_end, unit="t", bar_format=layout, disable=quiet, leave=False, dynamic_ncols=True) as bar:
+    bar = None
 
-        def report(t: float) -> None:
-            bar.update(t - bar.n)
+    def report(t: float) -> None:
+        nonlocal bar
+        bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
+        bar.update(t - bar.n)
 
-        yield report
+    try:
+        yield no_report if quiet else report
+    finally:
+        if bar:
+            bar.close()

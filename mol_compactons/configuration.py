@@ -51,7 +51,7 @@ def _describe(hint: Any) -> str:
         return "one of " + ", ".join(repr(choice) for choice in typing.get_args(hint))
     if _item_hint(hint) is not None:
         return "a list of " + _describe(_item_hint(hint))
-    names = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
+    names = {float: "a number", int: "a whole number below 2^63", bool: "true or false", str: "a text"}
     if hint in names:
         return names[hint]
     alternatives = _alternatives(hint)
@@ -71,11 +71,14 @@ def _fit(hint: Any, value: Any) -> Any:
             return tuple(_coerce(_item_hint(hint), item) for item in value)
     elif hint is float:
         if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool | np.bool_):
-            return float(value)
+            try:
+                return float(value)
+            except OverflowError:
+                return math.inf
     elif hint is int:
-        if isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_):
-            return int(value)
         if isinstance(value, float | np.floating) and math.isfinite(value) and value == int(value):
+            return _fit(int, int(value))
+        if isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_) and abs(value) < 2**63:
             return int(value)
     elif hint is bool:
         if isinstance(value, bool | np.bool_):
@@ -110,7 +113,8 @@ def check(instance: Any) -> None:
         try:
             fitted = _coerce(hint, value)
         except TypeError:
-            raise InputError(f"{name}.{field} = {value!r} must be {_describe(hint)}.") from None
+            shown = repr(value) if len(repr(value)) < 80 else repr(value)[:80] + "..."
+            raise InputError(f"{name}.{field} = {shown} must be {_describe(hint)}.") from None
         numbers = fitted if isinstance(fitted, tuple) else (fitted,)
         if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
             shown = value if not isinstance(fitted, tuple) else "a list with NaN or infinity in it"
@@ -142,11 +146,11 @@ def decode(hint: Any, data: Any) -> Any:
         name = fields.pop("type", None)
         cls = classes.get(str(name))
         if cls is None:
-            raise InputError(f"type {name!r} is unknown here; it must be one of {', '.join(sorted(classes))}.")
+            raise InputError(f"{name} is not allowed here; it must be {_describe(hint)}.")
         hints = _hints(cls)
         for field in fields:
             if field not in hints:
-                raise InputError(f"{name} has no field {field!r}{_nearest(field, list(hints))}.")
+                raise InputError(f"{name} has no field {field!r}; {did_you_mean(field, list(hints))}")
         return _construct(cls, {field: decode(hints[field], item) for field, item in fields.items()})
     if isinstance(data, list):
         for alternative in _alternatives(hint):
@@ -166,25 +170,14 @@ def _construct(cls: type, fields: dict[str, Any]) -> Any:
     return cls(**fields)
 
 
-def _nearest(word: str, choices: list[str]) -> str:
-    close = difflib.get_close_matches(word, choices, n=1, cutoff=0.5)
-    return f"; did you mean {close[0]!r}?" if close else f"; it may be {', '.join(choices)}"
-
-
-def paths(instance: Any, prefix: str = "") -> Iterator[str]:
-    """Every dotted path that `assign` can change, depth first: ``grid.size``, ``initial.0.speed``, ..."""
-    for field in _hints(type(instance)):
-        value = getattr(instance, field)
-        yield prefix + field
-        items = enumerate(value) if isinstance(value, tuple) else [("", value)]
-        for index, item in items:
-            if dataclasses.is_dataclass(item):
-                dotted = f"{prefix}{field}.{index}." if index != "" else f"{prefix}{field}."
-                yield from paths(item, dotted)
+def did_you_mean(word: str, choices: Sequence[str]) -> str:
+    """The end of a sentence that suggests the nearest of some choices, or lists them."""
+    close = difflib.get_close_matches(word, choices, n=1, cutoff=0.4)
+    return f"did you mean {close[0]!r}?" if close else f"it may be {', '.join(choices)}."
 
 
 def assign(instance: T, changes: dict[str, str]) -> T:
-    """A copy of a dataclass in which the fields at some dotted paths have new values; checked once, after all changes.
+    """A copy of a dataclass in which the fields at some dotted paths have new values, changed in order and checked at the end.
 
     Parameters
     ----------
@@ -199,32 +192,44 @@ def assign(instance: T, changes: dict[str, str]) -> T:
     InputError
         If a path does not exist (the nearest one is suggested) or a value does not fit.
     """
-    known = list(paths(instance))
     tree = encode(instance)
     for path, text in changes.items():
+        known = list(_paths(type(instance), tree))
         if path not in known:
-            close = difflib.get_close_matches(path, known, n=1, cutoff=0.4)
-            hint = f"did you mean {close[0]!r}?" if close else f"it may be {', '.join(known)}."
-            raise InputError(f"{path!r} is not a field of {type(instance).__name__}; {hint}")
+            raise InputError(f"{path!r} is not a field of {type(instance).__name__}; {did_you_mean(path, known)}")
         _replace(type(instance), tree, path.split("."), text)
     return typing.cast(T, decode(type(instance), tree))
+
+
+def _branches(hint: Any, branch: Any) -> dict[str, Any]:
+    """The parts of an encoded tree below a branch, by name, each with its hint."""
+    if isinstance(branch, list):
+        inner = [_item_hint(item) for item in _alternatives(hint) if _item_hint(item) is not None]
+        return {str(index): inner[0] for index in range(len(branch))} if inner else {}
+    cls = _dataclasses_of(hint).get(str(branch.get("type"))) if isinstance(branch, dict) else None
+    return _hints(cls) if cls else {}
+
+
+def _below(branch: Any, part: str) -> Any:
+    """One part of an encoded branch; None where the field has its default."""
+    return branch[int(part)] if isinstance(branch, list) else branch.get(part)
+
+
+def _paths(hint: Any, branch: Any, prefix: str = "") -> Iterator[str]:
+    """Every dotted path in an encoded tree, depth first: ``grid.size``, ``initial.0.speed``, ..."""
+    for part, inner in _branches(hint, branch).items():
+        yield prefix + part
+        yield from _paths(inner, _below(branch, part), f"{prefix}{part}.")
 
 
 def _replace(hint: Any, branch: Any, parts: list[str], text: str) -> None:
     """Put the value of `text` into an encoded tree, in place."""
     part, *rest = parts
-    if isinstance(branch, list):
-        index: Any = int(part)
-        inner = next(_item_hint(item) for item in _alternatives(hint) if _item_hint(item) is not None)
-    else:
-        index = part
-        inner = _hints(_dataclasses_of(hint)[branch["type"]])[part]
+    inner = _branches(hint, branch)[part]
     if rest:
-        if index not in (range(len(branch)) if isinstance(branch, list) else branch):
-            raise InputError(f"{part!r} was removed by another change; set it in one value instead.")
-        _replace(inner, branch[index], rest, text)
+        _replace(inner, _below(branch, part), rest, text)
     else:
-        branch[index] = _parse(inner, text)
+        branch[int(part) if isinstance(branch, list) else part] = _parse(inner, text)
 
 
 _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
@@ -237,6 +242,8 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 
 def _parse(hint: Any, text: str) -> Any:
     """What a text means where `hint` is expected, encoded; a text that is no expression stays a text."""
+    if hint is str:
+        return text
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError):
@@ -252,15 +259,15 @@ def _value(hint: Any, node: ast.expr, text: str) -> Any:
             return value
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             value = _value(hint, operand, text)
-            return -value if isinstance(value, int | float) else text
+            return -value if isinstance(value, int | float) and not isinstance(value, bool) else text
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
             pair = (_value(hint, left, text), _value(hint, right, text))
             if not all(isinstance(item, int | float) for item in pair):
                 return text
             try:
                 return _OPERATORS[type(op)](*pair)
-            except ZeroDivisionError:
-                raise InputError(f"{text} divides by zero; give a finite number.") from None
+            except (ZeroDivisionError, OverflowError):
+                raise InputError(f"{text} is not a finite number; give one.") from None
         case ast.List(elts=items) | ast.Tuple(elts=items):
             return [_value(hint, item, ast.unparse(item)) for item in items]
         case ast.Name(id=name) if name in classes:

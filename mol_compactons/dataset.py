@@ -24,17 +24,18 @@ REFERENCE = (
 LONG_NAMES = {
     "t": "time",
     "x": "coordinate along the periodic line",
+    "k": "number of the site in the chain",
     "W": "amplitude of the wave of compression (positive) or rarefaction (negative)",
     "u": "amplitude",
     "S": "stress",
     "v": "velocity",
+    "R": "stress between neighbouring grains, the difference of their displacements",
+    "R_t": "rate of the stress",
     "mass": "mass, the integral of the first component",
     "momentum": "momentum, the integral of the velocity or, for a one-way equation, Q, half that of the squared amplitude",
-    "energy": "energy, the Hamiltonian",
+    "energy": "energy, the Hamiltonian with the second difference of the scheme",
 }
 """Every name in a result; all are nondimensional, with units "1"."""
-
-COORDINATES = ("t", "x")
 
 
 def describe(name: str) -> dict[str, str]:
@@ -50,7 +51,7 @@ def attributes(simulation: Simulation) -> dict[str, str]:
     return {
         "Conventions": "CF-1.11",
         "title": simulation.title or f"{name} by {type(simulation.scheme).__name__}",
-        "institution": "mol_compactons",
+        "institution": "not stated",
         "source": f"{program}: numerical solution of {name}",
         "history": f"{now}: computed by {program}",
         "references": REFERENCE,
@@ -68,9 +69,15 @@ def cost_attributes(status: str, counters: Counters, seconds: float) -> dict[str
         "solver_evaluations": counters.evaluations,
         "solver_jacobians": counters.jacobians,
         "solver_failures": counters.failures,
-        "solver_warnings": len(counters.warnings),
+        "solver_warnings": counters.warnings,
+        "solver_first_warning": counters.first_warning,
         "cpu_seconds": round(seconds, 3),
     }
+
+
+def field_names(dataset: xr.Dataset) -> list[str]:
+    """The components of the state in a result: its variables along t and space."""
+    return [str(name) for name, variable in dataset.data_vars.items() if variable.ndim == 2]
 
 
 def conserved_names(dataset: xr.Dataset) -> list[str]:
@@ -119,7 +126,11 @@ class MemoryRecorder:
         simulation = self._simulation
         names = simulation.equation.variables
         frames = np.array(self._states).reshape(len(self._t), len(names), simulation.grid.size)
-        fields = {name: (("t", "x"), frames[:, index], describe(name)) for index, name in enumerate(names)}
+        space = simulation.grid.dimension
+        fields = {name: (("t", space), frames[:, index], describe(name)) for index, name in enumerate(names)}
         series = {name: ("t", np.array([values[name] for values in self._values]), describe(name)) for name in self._conserved}
-        coordinates = {"t": ("t", np.array(self._t), describe("t")), "x": ("x", simulation.grid.x, describe("x"))}
+        coordinates = {
+            "t": ("t", np.array(self._t), describe("t")),
+            space: (space, simulation.grid.coordinates, describe(space)),
+        }
         return xr.Dataset({**fields, **series}, coordinates, self._attributes)

@@ -43,6 +43,26 @@ class CosinePower:
         cosine = np.where(phase < np.pi / 2, np.cos(phase), 0.0)
         return np.asarray(self.amplitude * cosine**self.exponent)
 
+    def slope(self, z: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The derivative of the profile at the distances z from the centre, same shape; zero at the edges and outside."""
+        phase = self.wavenumber * np.asarray(z, dtype=float)
+        inside = np.abs(phase) < np.pi / 2
+        cosine, sine = np.cos(phase[inside]), np.sin(phase[inside])
+        slope = np.zeros_like(phase)
+        slope[inside] = -self.amplitude * self.exponent * self.wavenumber * cosine ** (self.exponent - 1) * sine
+        return slope
+
+
+def _height(power: float, n: float) -> float:
+    """The height M of a compacton with M^(n-1) = power."""
+    exponent = math.log(power) / (n - 1)
+    require(
+        abs(exponent) < 200,
+        f"The compacton of this speed has the height exp({exponent:.4g}) for an exponent {n:g}, out of the range of numbers; "
+        "choose a speed nearer to 1, or a larger exponent.",
+    )
+    return float(power ** (1 / (n - 1)))
+
 
 def _contact_flux(n: float, strength: float, dispersion: float) -> Flux:
     """The flux of a contact of exponent n: a = C |u|^(n-1) u, b = C beta |u|^((n-1)/2), g = |u|^((n-1)/2) u.
@@ -110,7 +130,11 @@ class GranularCompacton:
             f"Compacton.speed = {speed:g} must be positive for the granular compacton equation, whose bright and dark "
             "waves both move to the right; sign=-1 gives a dark one.",
         )
-        return CosinePower(sign * (speed * (n + 1) / 2) ** (1 / (n - 1)), (n - 1) / (n + 1), 2 / (n - 1))
+        return CosinePower(sign * _height(speed * (n + 1) / 2, n), (n - 1) / (n + 1), 2 / (n - 1))
+
+    def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
+        """The state of a wave of this shape at the distances z from its centre, shape (1, N)."""
+        return shape(z)[None]
 
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Any real state will do."""
@@ -118,7 +142,7 @@ class GranularCompacton:
     def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """Mass, momentum Q and energy H of a state of shape (1, N), as sums over the grid; nondimensional."""
         (u,) = state
-        energy = self.flux.energy_density(u, second_difference(self.flux.g(u)), 2 / (self.n + 1))
+        energy = self.flux.energy_density(u, second_difference(self.flux.g(u)))
         return {
             "mass": spacing * float(u.sum()),
             "momentum": 0.5 * spacing * float(u @ u),
@@ -204,7 +228,11 @@ class RosenauHyman:
             f"Compacton.speed = {speed:g} has the wrong sign for a {'bright' if sign > 0 else 'dark'} wave of "
             f"K({m:g}, {m:g}); it must be {'positive' if direction > 0 else 'negative'}.",
         )
-        return CosinePower(sign * (2 * abs(speed) * m / (m + 1)) ** (1 / (m - 1)), (m - 1) / (2 * m), 2 / (m - 1))
+        return CosinePower(sign * _height(2 * abs(speed) * m / (m + 1), m), (m - 1) / (2 * m), 2 / (m - 1))
+
+    def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
+        """The state of a wave of this shape at the distances z from its centre, shape (1, N)."""
+        return shape(z)[None]
 
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Any real state will do."""
@@ -310,8 +338,13 @@ class Nesterenko:
             f"Compacton.speed = {speed:g} is not faster than sound, {self.sound_speed:.4g}; compactons of Nesterenko's "
             "equation are supersonic, to either side.",
         )
-        amplitude = ((speed**2 - self.sound_speed**2) * (n + 1) / (2 * self.stiffness)) ** (1 / (n - 1))
-        return CosinePower(sign * amplitude, (n - 1) / (n + 1) / math.sqrt(self.dispersion), 2 / (n - 1))
+        height = _height((abs(speed) - self.sound_speed) * (abs(speed) + self.sound_speed) * (n + 1) / (2 * self.stiffness), n)
+        return CosinePower(sign * height, (n - 1) / (n + 1) / math.sqrt(self.dispersion), 2 / (n - 1))
+
+    def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
+        """The state of a wave of this shape and speed, S and v = V S, shape (2, N)."""
+        profile = shape(z)
+        return np.array([profile, speed * profile])
 
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Refuse grains in tension, which have no force unless n is an odd whole number."""
@@ -331,8 +364,7 @@ class Nesterenko:
     def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """Mass, momentum and energy of a state of shape (2, N), as sums over the grid; nondimensional."""
         stress, velocity = state
-        kappa = 2 * self.stiffness * self.dispersion / (self.n + 1)
-        energy = self.flux.energy_density(stress, second_difference(self.flux.g(stress)), kappa)
+        energy = self.flux.energy_density(stress, second_difference(self.flux.g(stress)))
         return {
             "mass": spacing * float(stress.sum()),
             "momentum": spacing * float(velocity.sum()),
@@ -385,21 +417,21 @@ class PowerLawEquation:
         """Refused: there is no closed form for an arbitrary flux."""
         raise InputError("A PowerLawEquation has no compacton of closed form; give the initial data as Samples.")
 
+    def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
+        """The state of a wave of this shape and speed, shape (components, N)."""
+        profile = shape(z)
+        return np.array([profile, speed * profile]) if self.two_way else profile[None]
+
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Any real state will do."""
 
     def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """Mass, and momentum and energy where they are conserved, as sums over the grid; nondimensional."""
-        u, *velocity = state
+        u = state[0]
         result = {"mass": spacing * float(u.sum())}
-        kappa = self.flux.variational_constant
-        energy = 0.0
-        if kappa is not None:
-            energy = spacing * float(self.flux.energy_density(u, second_difference(self.flux.g(u)), kappa).sum())
         if self.two_way:
-            (v,) = velocity
-            result["momentum"] = spacing * float(v.sum())
-            energy = -energy - 0.5 * spacing * float(v @ v)
-        if kappa is not None:
-            result["energy"] = -energy
+            result["momentum"] = spacing * float(state[1].sum())
+        if self.flux.variational_constant is not None:
+            energy = float(self.flux.energy_density(u, second_difference(self.flux.g(u))).sum())
+            result["energy"] = spacing * (energy + 0.5 * float(state[1] @ state[1]) if self.two_way else -energy)
         return result

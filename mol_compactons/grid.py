@@ -1,4 +1,4 @@
-"""Where the unknowns sit: a uniform grid on a periodic line."""
+"""Where the unknowns sit: a uniform grid on a periodic line, or the sites of a chain."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from mol_compactons.configuration import check
 from mol_compactons.errors import require
+
+LARGEST_SIZE = 10**8
+"""The most points or sites; a state of this size has 0.8 GB."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +44,26 @@ class Grid:
     size: int
     left: float = 0.0
 
+    dimension = "x"
+
     def __post_init__(self) -> None:
         check(self)
-        require(self.length > 0, f"grid.length = {self.length:g} must be positive; give the period of the line.")
-        require(self.size >= 3, f"grid.size = {self.size} must be at least 3 points.")
+        require(
+            1e-9 <= self.length <= 1e9 and abs(self.left) <= 1e9,
+            f"grid.length = {self.length:g} must lie between 1e-9 and 1e9, and grid.left = "
+            f"{self.left:g} between -1e9 and 1e9.",
+        )
+        require(3 <= self.size <= LARGEST_SIZE, f"grid.size = {self.size:.16g} must lie between 3 and {LARGEST_SIZE} points.")
 
     @property
     def spacing(self) -> float:
         """The distance h between neighbouring points, nondimensional."""
         return self.length / self.size
+
+    @property
+    def coordinates(self) -> NDArray[np.float64]:
+        """The coordinates of the points, shape (size,), nondimensional."""
+        return self.x
 
     @property
     def x(self) -> NDArray[np.float64]:
@@ -63,5 +77,47 @@ class Grid:
 
     def offset(self, center: float) -> NDArray[np.float64]:
         """Signed distance x - center on the periodic line, in [-length / 2, length / 2), shape (size,)."""
-        half = self.length / 2
-        return np.asarray((self.x - center + half) % self.length - half)
+        return _ring_distance(self.x, center, self.length)
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """The sites of a periodic chain, k = 0 .. size - 1, a distance 1 apart.
+
+    Parameters
+    ----------
+    size : int
+        Number of sites.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than 5 sites.
+    """
+
+    size: int
+
+    dimension = "k"
+    spacing = 1.0
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(5 <= self.size <= LARGEST_SIZE, f"grid.size = {self.size:.16g} must lie between 5 and {LARGEST_SIZE} sites.")
+
+    @property
+    def length(self) -> float:
+        """The period, as long as there are sites."""
+        return float(self.size)
+
+    @property
+    def coordinates(self) -> NDArray[np.float64]:
+        """The numbers of the sites, shape (size,)."""
+        return np.arange(self.size, dtype=np.float64)
+
+    def offset(self, center: float) -> NDArray[np.float64]:
+        """Signed distance k - center on the ring, in [-size / 2, size / 2), shape (size,)."""
+        return _ring_distance(self.coordinates, center, self.length)
+
+
+def _ring_distance(points: NDArray[np.float64], center: float, length: float) -> NDArray[np.float64]:
+    return np.asarray((points - center + length / 2) % length - length / 2)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mol_compactons.configuration import check
 from mol_compactons.equations import GranularCompacton
 from mol_compactons.errors import InputError, require
-from mol_compactons.grid import Grid
+from mol_compactons.grid import Grid, Lattice
 from mol_compactons.waves import CompactonEquation
 
 GAUSS_NODES = 24
@@ -57,8 +57,8 @@ class PeriodicWave:
     Examples
     --------
     >>> wave = PeriodicWave(speed=1, crest=1.2)
-    >>> round(wave.period(GranularCompacton(n=3)) / math.pi, 12)
-    2.0
+    >>> round(wave.period(GranularCompacton(n=3)), 12)
+    6.28318530718
     """
 
     speed: float
@@ -83,7 +83,7 @@ class PeriodicWave:
         """The period in x, nondimensional."""
         return self._orbit(equation).period
 
-    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+    def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (1, size)."""
         if not isinstance(equation, GranularCompacton):
             raise InputError(f"PeriodicWave is a wave of GranularCompacton, not of {type(equation).__name__}.")

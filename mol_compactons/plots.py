@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mol_compactons.dataset import field_names
 from mol_compactons.invariants import drift
 
 if TYPE_CHECKING:
@@ -29,8 +30,7 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     variable : str, optional
         Which component; by default the first one.
     """
-    fields = [str(name) for name, item in dataset.data_vars.items() if item.ndim == 2]
-    name = variable or fields[0]
+    name = variable or field_names(dataset)[0]
     space = dataset[name].dims[1]
     frames = dataset[name].isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
     times, x = frames["t"].values, frames[space].values
@@ -73,4 +73,31 @@ def overview(dataset: xr.Dataset) -> Figure:
     waterfall(dataset, left)
     drifts(dataset, right)
     figure.suptitle(str(dataset.attrs.get("title", "")))
+    return figure
+
+
+def stability_overview(dataset: xr.Dataset) -> Figure:
+    """The functional of the scaling test beside the lowest eigenvalues of the second variation at each resolution.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        What `mol_compactons.stability.report` returns.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.plot(dataset["factor"], dataset["functional"], color="#1f4e79")
+    left.axvline(1, color="grey", linewidth=0.5)
+    left.set(xlabel="lambda", ylabel="Lambda(lambda)", title="the paper's scaling test")
+    for name, style in (("free", "o-"), ("constrained", "s--")):
+        for mode in dataset["mode"].values:
+            values = dataset["eigenvalue"].sel(constraint=name, mode=mode)
+            label = f"{name} perturbations" if mode == 0 else None
+            right.plot(values["resolution"], values, style, color="#1f4e79" if name == "free" else "#c05020", label=label)
+    right.axhline(0, color="grey", linewidth=0.5)
+    right.set(xscale="log", xlabel="points in the support", ylabel="eigenvalue", title="second variation")
+    right.legend(frameon=False)
+    figure.suptitle(str(dataset.attrs["title"]))
     return figure

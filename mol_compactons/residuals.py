@@ -1,6 +1,7 @@
 """How well an exact wave satisfies its own equation.
 
-A travelling wave u(x - c t) of the one-way equation u_t + F_x = 0 whose constant of integration is zero has F[u] = c u; one of the two-way equation u_t = -v_x, v_t = -F_x has F[u] = c^2 u.
+A travelling wave u(x - c t) of the one-way equation u_t + F_x = 0 whose constant of integration is zero has F[u] = c u;
+one of the two-way equation u_t = -v_x, v_t = -F_x has F[u] = c^2 u.
 """
 
 from __future__ import annotations
@@ -29,6 +30,10 @@ class TravellingWave(Wave, Protocol):
 
 class TravellingEquation(CompactonEquation, Protocol):
     """An equation whose travelling waves can be checked."""
+
+    @property
+    def two_way(self) -> bool:
+        """Whether there is a second component v with u_t = -v_x."""
 
     @property
     def flux(self) -> Flux:

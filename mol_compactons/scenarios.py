@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ast
-import difflib
 import runpy
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mol_compactons.configuration import did_you_mean
 from mol_compactons.errors import InputError, require
 from mol_compactons.simulation import Simulation
 
@@ -46,18 +46,15 @@ def load(target: str) -> Simulation:
     path = Path(target)
     if path.suffix == ".nc":
         return from_result(path)
-    if not path.is_file():
+    if not path.is_file() and len(path.parts) == 1:
         path = folder() / f"{path.stem}.py"
     if not path.is_file():
-        names = list(listing())
-        close = difflib.get_close_matches(Path(target).stem, names, n=1, cutoff=0.4)
-        hint = f"did you mean {close[0]!r}?" if close else f"there are {', '.join(names)}."
-        raise InputError(f"There is no scenario {target!r}; {hint}")
+        raise InputError(f"There is no scenario {target!r}; {did_you_mean(Path(target).stem, list(listing()))}")
     try:
         simulation = runpy.run_path(str(path)).get("simulation")
     except InputError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"{path} could not be run ({type(error).__name__}: {error}); correct the script.") from error
     if not isinstance(simulation, Simulation):
         raise InputError(f"{path} does not define a Simulation under the name 'simulation'; add one.")

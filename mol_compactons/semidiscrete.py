@@ -119,11 +119,22 @@ class SemiDiscretization:
     @cached_property
     def _places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Folded row and column of each entry of the cyclic diagonals, flattened."""
-        shape = self.mass_diagonals.shape
-        row_component, column_component, diagonal, cell = np.indices(shape)
-        rows = self.position[row_component * self.size + cell]
-        columns = self.position[column_component * self.size + (cell + diagonal - self.reach) % self.size]
+        rows, columns = self._natural_places
+        return self.position[rows], self.position[columns]
+
+    @property
+    def _natural_places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The same in the order of ``state.ravel()``."""
+        row_component, column_component, diagonal, cell = np.indices(self.mass_diagonals.shape)
+        rows = row_component * self.size + cell
+        columns = column_component * self.size + (cell + diagonal - self.reach) % self.size
         return rows.ravel(), columns.ravel()
+
+    def dense(self, diagonals: Array) -> Array:
+        """Cyclic diagonals as a dense matrix in the order of ``state.ravel()``, shape (unknowns, unknowns)."""
+        matrix = np.zeros((self.unknowns, self.unknowns))
+        matrix[self._natural_places] = diagonals.reshape(-1)
+        return matrix
 
     @cached_property
     def sparsity(self) -> sparse.csc_array:

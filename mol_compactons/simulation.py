@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import signal
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,10 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mol_compactons.chain import GranularChain, NearestNeighbours
 from mol_compactons.configuration import check, decode, encode
 from mol_compactons.equations import GranularCompacton, Nesterenko, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError, require
-from mol_compactons.grid import Grid
+from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.integrators.progress import Report, no_report
 from mol_compactons.periodic_waves import PeriodicWave
@@ -26,10 +30,13 @@ from mol_compactons.waves import Compacton, Ripple, Samples, Uniform, superpose
 if TYPE_CHECKING:
     import xarray as xr
 
-Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation
-Scheme = CompactScheme
+Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation | GranularChain
+Scheme = CompactScheme | NearestNeighbours
 Wave = Compacton | PeriodicWave | Samples | Uniform | Ripple
 Integrator = IDA | CVODE | Midpoint
+
+MOST_FRAMES = 10**7
+"""The largest number of output times."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,8 @@ class Simulation:
     Parameters
     ----------
     equation, grid, scheme
-        The continuous problem and its discretisation; which of them go together is for ``scheme.discretize`` to say.
+        A continuous equation on a Grid with its discretisation, or a chain on its Lattice with the differences that belong
+        to it; which of them go together is for ``scheme.discretize`` to say.
     initial : list of waves
         Their sum is the state at t = 0. The supports of compactons must not overlap.
     t_end : float
@@ -72,7 +80,7 @@ class Simulation:
     """
 
     equation: Equation
-    grid: Grid
+    grid: Grid | Lattice
     initial: Sequence[Wave]
     t_end: float
     scheme: Scheme = field(default_factory=CompactScheme)
@@ -82,9 +90,12 @@ class Simulation:
 
     def __post_init__(self) -> None:
         check(self)
-        require(self.t_end > 0, f"t_end = {self.t_end:g} must be positive.")
-        require(self.frames >= 2, f"frames = {self.frames} must be at least 2: the first and the last time.")
-        self.discretize()
+        require(1e-9 <= self.t_end <= 1e12, f"t_end = {self.t_end:g} must lie between 1e-9 and 1e12.")
+        require(
+            2 <= self.frames <= MOST_FRAMES,
+            f"frames = {self.frames:.16g} must lie between 2, the first and the last time, and {MOST_FRAMES}.",
+        )
+        self.integrator.check_system(self.discretize())
         self.initial_state()
 
     def discretize(self) -> SemiDiscretization:
@@ -170,10 +181,11 @@ def run(
     status, failure = "interrupted at t = 0", None
     try:
         recorder.append(0.0, state, system.invariants(state))
-        for t in simulation.times[1:]:
-            state = integration.advance(t, report)
-            recorder.append(t, state, system.invariants(state))
-            status = f"interrupted at t = {t:.6g}"
+        with stopping_on_signals(report) as watch:
+            for t in simulation.times[1:]:
+                state = integration.advance(t, watch)
+                recorder.append(t, state, system.invariants(state))
+                status = f"interrupted at t = {t:.6g}"
         status = "complete"
     except IntegrationError as error:
         status, failure = f"failed at t = {error.t:.6g}: {error}", error
@@ -182,3 +194,24 @@ def run(
     if failure:
         raise IntegrationError(str(failure), failure.t, recorder.dataset())
     return recorder.dataset()
+
+
+@contextmanager
+def stopping_on_signals(report: Report) -> Iterator[Report]:
+    """A report that raises KeyboardInterrupt after SIGINT or SIGTERM, between two steps and never inside the solver."""
+    if threading.current_thread() is not threading.main_thread():
+        yield report
+        return
+    caught: list[int] = []
+    before = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def watch(t: float) -> None:
+        report(t)
+        if caught:
+            raise KeyboardInterrupt
+
+    try:
+        yield watch
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from mol_compactons.compiled import compiled
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ SECOND_FIVE_POINT = Stencil((-1 / 12, 16 / 12, -30 / 12, 16 / 12, -1 / 12), deri
 """The five-point second difference."""
 
 
-@njit(cache=True)
+@compiled
 def convolve(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Apply a five-point stencil, shape (5,), to u, shape (N,) with N >= 5, on a periodic grid; result in `out`."""
     size = u.size

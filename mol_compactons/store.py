@@ -1,9 +1,12 @@
-"""Results on disk: a NetCDF file that grows frame by frame and can be read at any moment."""
+"""Results on disk: a NetCDF file that grows frame by frame and can be read while the run goes on."""
 
 from __future__ import annotations
 
+import math
 import os
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.dataset import attributes, describe
-from mol_compactons.errors import InputError, require
+from mol_compactons.errors import InputError, IntegrationError, require
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +50,8 @@ class NetCDFRecorder:
     """
 
     def __init__(self, simulation: Simulation, conserved: list[str], path: Path, overwrite: bool) -> None:
+        # Without this HDF5 locks the file against readers while the run goes on. It is read when the library is loaded.
+        os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
         import netCDF4
 
         check_target(path, overwrite)
@@ -56,18 +61,19 @@ class NetCDFRecorder:
         self._synced = time.monotonic()
         try:
             path.unlink(missing_ok=True)
-            self._file = netCDF4.Dataset(path, "w", format="NETCDF4")
+            self._file = netCDF4.Dataset(path, "w", format="NETCDF4", clobber=False)
         except OSError as error:
             raise InputError(f"{path} cannot be written ({error.strerror or error}); choose another place.") from None
         self._file.setncatts(attributes(simulation))
         self._file.createDimension("t", None)
-        self._file.createDimension("x", simulation.grid.size)
+        space, size = simulation.grid.dimension, simulation.grid.size
+        self._file.createDimension(space, size)
         series_chunk = min(simulation.frames, 1024)
         for name in ("t", *conserved):
             self._create(name, ("t",), (series_chunk,), compressed=False)
-        self._create("x", ("x",), (simulation.grid.size,), compressed=False)[:] = simulation.grid.x
+        self._create(space, (space,), (size,), compressed=False)[:] = simulation.grid.coordinates
         for name in self._names:
-            self._create(name, ("t", "x"), (1, simulation.grid.size), compressed=True)
+            self._create(name, ("t", space), (1, size), compressed=True)
         self._file.sync()
 
     def _create(self, name: str, dimensions: tuple[str, ...], chunks: tuple[int, ...], compressed: bool) -> Any:
@@ -79,33 +85,51 @@ class NetCDFRecorder:
         return variable
 
     def append(self, t: float, state: NDArray[np.float64], conserved: dict[str, float]) -> None:
-        """Add a frame."""
+        """Add a frame; raises `IntegrationError` where the file cannot be written any further."""
         index = self._frames
-        for name, values in zip(self._names, state, strict=True):
-            self._file[name][index] = values
-        for name, value in conserved.items():
-            self._file[name][index] = value
-        self._file["t"][index] = t
-        self._frames += 1
-        if self._frames % SYNC_FRAMES == 0 or time.monotonic() - self._synced > SYNC_SECONDS:
-            self._file.sync()
-            self._synced = time.monotonic()
+        with self._writing(t):
+            for name, values in zip(self._names, state, strict=True):
+                self._file[name][index] = values
+            for name, value in conserved.items():
+                self._file[name][index] = value
+            self._file["t"][index] = t
+            self._frames += 1
+            if index % SYNC_FRAMES == 0 or time.monotonic() - self._synced > SYNC_SECONDS:
+                self._file.sync()
+                self._synced = time.monotonic()
 
     def close(self, attributes: dict[str, Any]) -> None:
         """End the recording and close the file."""
-        self._file.setncatts(attributes)
-        self._file.close()
+        with self._writing(math.nan):
+            self._file.setncatts(attributes)
+            self._file.close()
+
+    @contextmanager
+    def _writing(self, t: float) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            raise IntegrationError(f"{self._path} cannot be written any further ({error}); is the disk full?", t) from None
 
     def dataset(self) -> xr.Dataset:
         """The file, opened lazily."""
         import xarray as xr
 
-        return xr.open_dataset(self._path)
+        try:
+            return xr.open_dataset(self._path)
+        except OSError:
+            raise InputError(f"{self._path} was replaced by another program while the run went on.") from None
 
 
 def check_target(path: Path, overwrite: bool) -> None:
     """Raise `InputError` unless a file can be written at `path`."""
+    try:
+        path.exists()
+    except OSError as error:
+        raise InputError(f"{path} cannot be the name of a file ({error.strerror}); choose another.") from None
     require(not path.is_dir(), f"{path} is a folder; give the name of a file.")
+    ordinary = path.is_file() and not path.is_symlink()
+    require(ordinary or not os.path.lexists(path), f"{path} is not an ordinary file and is not replaced; choose another name.")
     require(path.parent.is_dir(), f"The folder {path.parent} does not exist; create it, or choose another.")
     require(os.access(path.parent, os.W_OK), f"The folder {path.parent} cannot be written; choose another.")
-    require(overwrite or not path.exists(), f"{path} exists; pass --overwrite to replace it, or choose another name.")
+    require(overwrite or not path.exists(), f"{path} exists; allow overwriting (--overwrite) or choose another name.")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mol_compactons.configuration import check
 from mol_compactons.equations import CosinePower
 from mol_compactons.errors import InputError, require
-from mol_compactons.grid import Grid
+from mol_compactons.grid import Grid, Lattice
 
 
 class CompactonEquation(Protocol):
@@ -22,12 +22,11 @@ class CompactonEquation(Protocol):
     def variables(self) -> tuple[str, ...]:
         """The names of the components."""
 
-    @property
-    def two_way(self) -> bool:
-        """Whether there is a second component v with u_t = -v_x."""
-
     def compacton(self, speed: float, sign: int = 1) -> CosinePower:
         """The shape of the compacton of a given speed and sign."""
+
+    def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
+        """The state of a wave of a given shape and speed at the distances z from its centre."""
 
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Refuse a state that the equation has no meaning for."""
@@ -36,13 +35,8 @@ class CompactonEquation(Protocol):
 class Wave(Protocol):
     """Something that initial data can be made of."""
 
-    def values(self, equation: Any, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+    def values(self, equation: Any, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (components, size)."""
-
-
-def _travelling(profile: NDArray[np.float64], speed: float, equation: CompactonEquation) -> NDArray[np.float64]:
-    """The state of a wave u(x - speed t): the profile, and v = speed u where u_t = -v_x belongs to the equation."""
-    return np.array([profile, speed * profile]) if equation.two_way else profile[None]
 
 
 @dataclass(frozen=True)
@@ -72,10 +66,10 @@ class Compacton:
         check(self)
         require(self.sign in (1, -1), f"Compacton.sign = {self.sign} must be 1 for a bright wave or -1 for a dark one.")
 
-    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+    def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (components, size)."""
         shape = equation.compacton(self.speed, self.sign)
-        return _travelling(shape(grid.offset(self.center + self.speed * t)), self.speed, equation)
+        return equation.travelling_state(shape, grid.offset(self.center + self.speed * t), self.speed)
 
     def support(self, equation: CompactonEquation, t: float = 0.0) -> tuple[float, float]:
         """The two edges of the wave at time t, on the unbounded line."""
@@ -105,7 +99,7 @@ class Samples:
     def __post_init__(self) -> None:
         check(self)
 
-    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+    def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The data, shape (components, size)."""
         shape = (len(equation.variables), grid.size)
         count = len(self.values_at_points)
@@ -132,7 +126,7 @@ class Uniform:
     def __post_init__(self) -> None:
         check(self)
 
-    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+    def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The background, shape (components, size)."""
         state = np.zeros((len(equation.variables), grid.size))
         state[0] = self.value
@@ -163,7 +157,7 @@ class Ripple:
         check(self)
         require(self.periods >= 1, f"Ripple.periods = {self.periods} must be at least 1.")
 
-    def values(self, equation: CompactonEquation, grid: Grid, t: float = 0.0) -> NDArray[np.float64]:
+    def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The cosine, shape (components, size)."""
         require(
             2 * self.periods <= grid.size,
@@ -174,7 +168,7 @@ class Ripple:
         return state
 
 
-def superpose(waves: Sequence[Wave], equation: CompactonEquation, grid: Grid) -> NDArray[np.float64]:
+def superpose(waves: Sequence[Wave], equation: CompactonEquation, grid: Grid | Lattice) -> NDArray[np.float64]:
     """The sum of waves at t = 0, shape (components, size).
 
     Raises

@@ -75,7 +75,22 @@ def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         (["info", "foreign.nc"], "is not a result of mol_compactons"),
         (["run", "empty.py"], "does not define a Simulation"),
         (["run", "wrong.py"], "could not be run (ZeroDivisionError"),
-        (["run", "two_bright", "-o", "taken.nc"], "taken.nc exists; pass --overwrite"),
+        (["run", "two_bright", "-o", "taken.nc"], "taken.nc exists; allow overwriting"),
+        (["run", "two_bright", "-o", "pipe", "--overwrite"], "pipe is not an ordinary file"),
+        (["run", "two_bright", "-o", "dangling.nc"], "dangling.nc is not an ordinary file"),
+        (["run", "nowhere/two_bright.py"], "There is no scenario 'nowhere/two_bright.py'"),
+        (["run", "leaving.py"], "could not be run (SystemExit"),
+        (["run", "two_bright", "-o", "a" * 300], "cannot be the name of a file"),
+        (["run", "two_bright", "-o", "/proc/a.nc"], "cannot be written"),
+        (["run", "two_bright", "--set", "initial.0.speed=1e200", "--set", "equation.n=1.1"], "out of the range of numbers"),
+        (["run", "two_bright", "--set", "grid.size=1e15"], "must lie between"),
+        (["run", "two_bright", "--set", "grid.size=" + "9" * 400], "must be a whole number"),
+        (["run", "two_bright", "--set", "grid.length=1e-300"], "must lie between"),
+        (["run", "two_bright", "--set", "frames=1e12"], "must lie between"),
+        (["run", "two_bright", "--set", "integrator=Midpoint", "--set", "integrator.rtol=1"], "is not a field"),
+        (["run", "two_bright", "--set", "integrator=banana"], "must be IDA or CVODE or Midpoint"),
+        (["run", "two_bright", "--set", "initial=Compacton(speed=1, center=5)"], "must be a list of"),
+        (["run", "two_bright", "--set", "integrator.atol=1e-300"], "must be above 1e-100"),
     ],
 )
 def test_bad_input_is_one_sentence_status_2_and_nothing_written(
@@ -85,12 +100,17 @@ def test_bad_input_is_one_sentence_status_2_and_nothing_written(
     Path("wrong.py").write_text("1 / 0")
     Path("broken.nc").write_text("no NetCDF")
     Path("taken.nc").write_text("")
+    Path("leaving.py").write_text("import sys; sys.exit(3)")
+    Path("dangling.nc").symlink_to("elsewhere.nc")
+    os.mkfifo("pipe")
     xr.Dataset({"a": 1}).to_netcdf("foreign.nc")
     before = sorted(Path().iterdir())
     assert main(arguments) == 2
     printed = capfd.readouterr()
     assert words in printed.err
-    assert printed.err.splitlines()[-1].startswith("mol-compactons: ")
+    assert len(printed.err.splitlines()) == 1
+    assert "\r" not in printed.err
+    assert printed.err.startswith("mol-compactons: ")
     assert "Traceback" not in printed.err
     assert printed.out == ""
     assert sorted(Path().iterdir()) == before
@@ -105,7 +125,7 @@ def test_usage_errors_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_solver_that_gives_up_is_status_1(capsys: pytest.CaptureFixture[str]) -> None:
-    changes = ["--set", "scheme.viscosity=0", "--set", "scheme.second_difference=nearest", "--set", "integrator.max_steps=500"]
+    changes = ["--set", "scheme.viscosity=0", "--set", "scheme.second_difference=nearest", "--set", "integrator.max_steps=800"]
     assert main(["run", "single_compacton", "--quiet", *changes]) == 1
     assert "gave up at t = 0." in capsys.readouterr().err
     with xr.open_dataset("single_compacton.nc") as dataset:

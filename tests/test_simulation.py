@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mol_compactons import Compacton, CompactScheme, GranularCompacton, Grid, InputError, Midpoint, Samples, Simulation, run
-from mol_compactons.integrators import CVODE, IDA
+from mol_compactons.integrators import IDA
 from tests.systems import one_compacton, relative_error
 
 simulations = st.builds(
@@ -23,7 +23,7 @@ simulations = st.builds(
     initial=st.lists(st.builds(Compacton, speed=st.floats(0.1, 3), center=st.floats(-50, 50)), min_size=1, max_size=1),
     t_end=st.floats(1e-3, 1e3),
     frames=st.integers(2, 1000),
-    integrator=st.builds(IDA, rtol=st.floats(1e-12, 1e-3)) | st.builds(CVODE) | st.builds(Midpoint, step=st.floats(1e-4, 1)),
+    integrator=st.builds(IDA, rtol=st.floats(1e-12, 1e-3)) | st.builds(Midpoint, step=st.floats(1e-4, 1)),
     title=st.text(max_size=10),
 )
 
@@ -40,9 +40,9 @@ def test_json_of_something_else_is_refused(text: str) -> None:
 
 
 def test_bad_times_are_named() -> None:
-    with pytest.raises(InputError, match="t_end = 0 must be positive"):
+    with pytest.raises(InputError, match="t_end = 0 must lie between"):
         replace(one_compacton(), t_end=0)
-    with pytest.raises(InputError, match="frames = 1 must be at least 2"):
+    with pytest.raises(InputError, match="frames = 1 must lie between 2"):
         replace(one_compacton(), frames=1)
 
 

@@ -9,14 +9,22 @@ import pytest
 import xarray as xr
 from compliance_checker.runner import CheckSuite, ComplianceChecker
 
-from mol_compactons import InputError, IntegrationError, run
+from mol_compactons import InputError, IntegrationError, Simulation, run, scenarios
+from mol_compactons.configuration import assign
 from mol_compactons.integrators import IDA
+from mol_compactons.store import SYNC_FRAMES
 from tests.systems import one_compacton
 
 
-def test_the_file_passes_the_cf_checker(tmp_path: Path) -> None:
+def short(name: str) -> Simulation:
+    """A scenario as it is, but for a short time."""
+    return assign(scenarios.load(name), {"t_end": "0.01", "frames": "3"})
+
+
+@pytest.mark.parametrize("name", list(scenarios.listing()))
+def test_every_scenario_passes_the_cf_checker(name: str, tmp_path: Path) -> None:
     path = tmp_path / "result.nc"
-    run(one_compacton(), path).close()
+    run(short(name), path).close()
     CheckSuite.load_all_available_checkers()
     report = tmp_path / "report.txt"
     passed, errors = ComplianceChecker.run_checker(str(path), ["cf:1.11"], 0, "strict", output_filename=str(report))
@@ -24,27 +32,74 @@ def test_the_file_passes_the_cf_checker(tmp_path: Path) -> None:
     assert not errors
 
 
-def test_plain_xarray_reads_it_without_this_package(tmp_path: Path) -> None:
-    path = tmp_path / "result.nc"
-    run(one_compacton(), path).close()
-    program = (
-        "import sys; sys.modules['mol_compactons'] = None\n"
-        "import xarray\n"
-        f"dataset = xarray.open_dataset({str(path)!r})\n"
-        "assert dataset.W.dims == ('t', 'x')\n"
-        "for name in ('t', 'x', 'W', 'mass', 'momentum', 'energy'):\n"
-        "    assert dataset[name].attrs['units'] == '1' and dataset[name].attrs['long_name'], name\n"
-        "assert dataset.attrs['status'] == 'complete'\n"
-        "print(float(dataset.W.sel(t=1).max()))\n"
-    )
-    printed = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
-    assert float(printed) == pytest.approx(np.sqrt(2), rel=0.02)
+READER = """
+import sys
+sys.modules["mol_compactons"] = None
+import xarray
+for path in sys.argv[1:]:
+    dataset = xarray.open_dataset(path)
+    names = [name for name in dataset.variables]
+    assert dataset.attrs["status"] == "complete"
+    for name in names:
+        assert dataset[name].attrs["units"] == "1" and dataset[name].attrs["long_name"], name
+    print(*names)
+"""
+
+
+def test_plain_xarray_reads_every_scenario_without_this_package(tmp_path: Path) -> None:
+    names = list(scenarios.listing())
+    paths = [tmp_path / f"{name}.nc" for name in names]
+    simulations = [short(name) for name in names]
+    for simulation, path in zip(simulations, paths, strict=True):
+        run(simulation, path).close()
+    command = [sys.executable, "-I", "-c", READER, *map(str, paths)]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    for simulation, line in zip(simulations, printed.splitlines(), strict=True):
+        assert {"t", simulation.grid.dimension, "mass", "energy", *simulation.equation.variables} <= set(line.split())
+
+
+def start_long_run(path: Path, size: int) -> subprocess.Popen[bytes]:
+    """A run far too long for a test, in a process of its own, once its file has grown to some size."""
+    arguments = ["run", "single_compacton", "-o", str(path), "--quiet", "--set", "t_end=1000", "--set", "frames=100001"]
+    process = subprocess.Popen([sys.executable, "-m", "mol_compactons", *arguments], stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 120
+    while not (path.exists() and path.stat().st_size > size):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    return process
+
+
+def test_a_running_result_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "running.nc"
+    process = start_long_run(path, 200_000)
+    try:
+        command = [sys.executable, "-m", "mol_compactons", "info", str(path)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    finally:
+        process.kill()
+        process.communicate()
+    assert done.returncode == 0, done.stderr
+    assert ", running" in done.stdout
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_in_order(number: signal.Signals, tmp_path: Path) -> None:
+    path = tmp_path / "interrupted.nc"
+    process = start_long_run(path, 100_000)
+    process.send_signal(number)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert b"interrupted" in complaint
+    with xr.open_dataset(path) as dataset:
+        assert dataset.attrs["status"].startswith("interrupted at t = ")
+        assert np.isfinite(dataset.W).all()
 
 
 def test_an_existing_file_is_replaced_only_when_asked(tmp_path: Path) -> None:
     path = tmp_path / "result.nc"
     path.write_text("precious")
-    with pytest.raises(InputError, match="exists; pass --overwrite"):
+    with pytest.raises(InputError, match="exists; allow overwriting"):
         run(one_compacton(), path)
     assert path.read_text() == "precious"
     run(one_compacton(), path, overwrite=True).close()
@@ -86,23 +141,17 @@ def test_an_interrupted_run_keeps_its_frames_and_says_so(tmp_path: Path) -> None
         assert 0 < dataset.sizes["t"] < 11
 
 
-def test_a_killed_run_leaves_a_readable_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("size", [60_000, 200_000, 400_000])
+def test_a_killed_run_leaves_a_readable_file(size: int, tmp_path: Path) -> None:
     """SIGKILL in the middle: every frame up to the last synchronisation is there."""
     path = tmp_path / "killed.nc"
-    program = (
-        "from tests.systems import one_compacton\nfrom mol_compactons import run\n"
-        f"run(one_compacton(size=600, t_end=1000, frames=100001), {str(path)!r})"
-    )
-    process = subprocess.Popen([sys.executable, "-c", program], cwd=Path(__file__).parent.parent)
-    deadline = time.monotonic() + 120
-    while not (path.exists() and path.stat().st_size > 300_000):
-        assert process.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
+    process = start_long_run(path, size)
+    process.kill()
+    process.communicate()
     with xr.open_dataset(path) as dataset:
         assert dataset.attrs["status"] == "running"
-        assert dataset.sizes["t"] >= 16
-        assert np.isfinite(dataset.W[:16]).all()
-        assert np.isfinite(dataset.energy[:16]).all()
+        synchronised = dataset.sizes["t"] // SYNC_FRAMES * SYNC_FRAMES
+        assert synchronised >= SYNC_FRAMES
+        assert np.isfinite(dataset.W[:synchronised]).all()
+        assert np.isfinite(dataset.energy[:synchronised]).all()
+        assert np.allclose(dataset.t[:synchronised], 0.01 * np.arange(synchronised))

@@ -1,11 +1,17 @@
 import os
+import subprocess
+import sys
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from mol_compactons import CVODE, IDA, InputError, IntegrationError, Midpoint, run
+from mol_compactons import CVODE, IDA, Compacton, InputError, IntegrationError, Midpoint, Simulation, run, scenarios
+from mol_compactons.chain import GranularChain, NearestNeighbours
+from mol_compactons.configuration import assign
+from mol_compactons.grid import Lattice
 from mol_compactons.integrators import sundials
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array, one_compacton
@@ -28,9 +34,9 @@ def test_band_sparse_and_midpoint_agree_to_the_tolerances_asked() -> None:
     """The two linear solvers to the tolerance; the midpoint rule approaches them at its own second order."""
     band = last_frame(integrator=IDA(rtol=1e-9))
     sparse = last_frame(integrator=IDA(rtol=1e-9, linear_solver="sparse"))
-    assert np.abs(band - sparse).max() < 1e-6
+    assert np.abs(band - sparse).max() < 5e-7
     loose = last_frame(integrator=IDA(rtol=1e-6))
-    assert np.abs(band - loose).max() < 1e-3
+    assert np.abs(band - loose).max() < 1e-5
     coarse, fine = (np.abs(last_frame(integrator=Midpoint(step=step)) - band).max() for step in (0.01, 0.005))
     assert fine < 2e-5
     assert coarse / fine == pytest.approx(4, rel=0.1)
@@ -48,7 +54,61 @@ def test_cvode_agrees_with_ida() -> None:
 
 def test_cvode_refuses_a_mass_matrix() -> None:
     with pytest.raises(InputError, match="cannot take a scheme with a mass matrix; choose IDA or Midpoint"):
-        run(one_compacton(integrator=CVODE()))
+        one_compacton(integrator=CVODE())
+
+
+@pytest.mark.parametrize("linear_solver", ["band", "sparse"])
+def test_cvode_and_ida_agree_on_the_chain(linear_solver: Literal["band", "sparse"]) -> None:
+    chain = Simulation(
+        equation=GranularChain(n=2, linear=0.1),
+        grid=Lattice(size=40),
+        scheme=NearestNeighbours(),
+        initial=[Compacton(speed=1, center=20)],
+        t_end=5,
+        frames=2,
+        integrator=CVODE(rtol=1e-9, linear_solver=linear_solver, max_order=5),
+    )
+    other = replace(chain, integrator=IDA(rtol=1e-9, max_order=5))
+    assert np.abs(run(chain).R[-1] - run(other).R[-1]).max() < 1e-7
+
+
+@pytest.mark.parametrize("name", ["IDA", "CVODE"])
+def test_every_flag_has_a_sentence(name: Literal["IDA", "CVODE"]) -> None:
+    simulation = one_compacton()
+    integration = sundials.SundialsIntegration(name, IDA(), simulation.discretize(), simulation.initial_state(), 1.0)
+    for flag in range(-99, 0):
+        sentence = str(integration._failure(flag))
+        assert sentence.startswith(f"{name} gave up at t = 0: ")
+        assert sentence.endswith(".")
+        assert "; " in sentence
+    assert set(range(-8, 0)) <= set(sundials.CURES[name])
+
+
+def test_a_sparse_run_that_ends_before_it_began_does_not_crash() -> None:
+    """SuperLU_MT crashes the process when it is freed before its first factorisation."""
+    program = (
+        "from tests.systems import one_compacton\n"
+        "from mol_compactons import IDA\n"
+        "import numpy as np\n"
+        "from dataclasses import replace\n"
+        "simulation = one_compacton(integrator=IDA(linear_solver='sparse'))\n"
+        "system, state = simulation.discretize(), simulation.initial_state()\n"
+        "simulation.integrator.start(system, state, 1.0)\n"
+        "calls = []\n"
+        "def rhs(t, y, out):\n"
+        "    calls.append(t)\n"
+        "    system.rhs(t, y, out)\n"
+        "    if len(calls) == 2: out[:] = np.nan\n"
+        "integration = simulation.integrator.start(replace(system, rhs=rhs), state, 1.0)\n"
+        "try:\n"
+        "    integration.advance(1.0)\n"
+        "except Exception as error:\n"
+        "    print(type(error).__name__)\n"
+        "del integration\n"
+    )
+    root = Path(__file__).parent.parent
+    done = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "IntegrationError\n"), done.stderr
 
 
 def test_frames_do_not_change_the_steps() -> None:
@@ -59,9 +119,10 @@ def test_frames_do_not_change_the_steps() -> None:
     assert few.attrs["solver_steps"] == many.attrs["solver_steps"]
 
 
-def test_counters_count() -> None:
+@pytest.mark.parametrize("linear_solver", ["band", "sparse"])
+def test_counters_count(linear_solver: Literal["band", "sparse"]) -> None:
     calls = {"f": 0, "J": 0}
-    simulation = one_compacton(integrator=IDA(linear_solver="sparse"))
+    simulation = one_compacton(integrator=IDA(linear_solver=linear_solver))
     system = simulation.discretize()
 
     def rhs(t: float, state: Array, out: Array) -> None:
@@ -74,23 +135,24 @@ def test_counters_count() -> None:
 
     counted = replace(system, rhs=rhs, jacobian=jacobian)
     integration = simulation.integrator.start(counted, simulation.initial_state(), 1.0)
-    calls.update(f=0, J=0)
     integration.advance(1.0)
-    assert integration.counters.evaluations == calls["f"]
-    assert integration.counters.jacobians == calls["J"]
+    # One more f for the initial rate; one more J for the choice of the order.
+    assert integration.counters.evaluations == calls["f"] - 1
+    if linear_solver == "sparse":
+        assert integration.counters.jacobians == calls["J"] - 1
     assert 0 < integration.counters.steps < calls["f"]
 
 
-@pytest.mark.parametrize(("viscosity", "size", "order"), [(0.0, 600, 2), (1e-5, 600, 2), (1e-3, 600, 5)])
+@pytest.mark.parametrize(("viscosity", "size", "order"), [(0.0, 600, 2), (1e-5, 600, 2), (3e-4, 600, 3), (1e-3, 600, 5)])
 def test_the_order_follows_the_damping(viscosity: float, size: int, order: int) -> None:
     simulation = one_compacton(viscosity=viscosity, size=size)
     assert sundials._order_for_damping(simulation.discretize(), simulation.initial_state()) == order
 
 
 def test_without_viscosity_a_run_does_not_crawl() -> None:
-    """Order 2 keeps an undamped run within five times the cost of the viscous one."""
-    viscous = run(one_compacton(size=600, t_end=3))
-    undamped = run(one_compacton(size=600, t_end=3, viscosity=0.0))
+    """Order 2 keeps an undamped run of the scenario within five times the cost of the viscous one."""
+    scenario = scenarios.load("single_compacton")
+    viscous, undamped = run(scenario), run(assign(scenario, {"scheme.viscosity": "0"}))
     assert undamped.attrs["solver_evaluations"] <= 5 * viscous.attrs["solver_evaluations"]
 
 
@@ -135,7 +197,8 @@ def test_what_sundials_prints_is_kept_from_the_terminal(capfd: pytest.CaptureFix
     integration.advance(1.0)
     printed = capfd.readouterr()
     assert (printed.out, printed.err) == ("", "")
-    assert set(integration.counters.warnings) == {"[WARNING] from C", "[IDASolve] from the wrapper"}
+    assert integration.counters.warnings > 1
+    assert integration.counters.first_warning == "[WARNING] from C"
 
 
 @pytest.mark.parametrize(
@@ -143,10 +206,10 @@ def test_what_sundials_prints_is_kept_from_the_terminal(capfd: pytest.CaptureFix
     [
         ({"rtol": 0}, "must lie between 1e-15 and 0.1"),
         ({"rtol": 1}, "must lie between 1e-15 and 0.1"),
-        ({"atol": 0}, "atol = 0.0 must be positive"),
+        ({"atol": 0}, "atol = 0.0 must be above 1e-100"),
         ({"max_order": 6}, "max_order = 6 must lie between 1 and 5"),
         ({"max_step": -1}, "max_step = -1.0 must be positive"),
-        ({"max_steps": 0}, "must be at least 1"),
+        ({"max_steps": 0}, "must lie between 1 and"),
         ({"linear_solver": "dense"}, "one of 'band', 'sparse'"),
     ],
 )

@@ -60,6 +60,9 @@ class Midpoint:
             f"integrator.tolerance = {self.tolerance:g} must lie between 1e-15 and 1e-2; 1e-12 is usual.",
         )
 
+    def check_system(self, system: SemiDiscretization) -> None:
+        """Any system will do."""
+
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> MidpointIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
         return MidpointIntegration(self, system, state)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -24,17 +24,20 @@ class Counters:
     Parameters
     ----------
     steps, evaluations, jacobians, failures : int
-        Accepted steps, evaluations of f or of the residual (those for difference-quotient Jacobians included where the
-        integrator counts them), Jacobians, and step attempts that were repeated with a smaller step.
-    warnings : list of str
-        What SUNDIALS said on the way.
+        Accepted steps, evaluations of f or of the residual (those for difference-quotient Jacobians included), Jacobians,
+        and step attempts that were repeated with a smaller step.
+    warnings : int
+        How many lines SUNDIALS printed on the way.
+    first_warning : str
+        The first of them.
     """
 
     steps: int = 0
     evaluations: int = 0
     jacobians: int = 0
     failures: int = 0
-    warnings: list[str] = field(default_factory=list)
+    warnings: int = 0
+    first_warning: str = ""
 
 
 class Integration(Protocol):

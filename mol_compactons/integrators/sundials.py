@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import io
 import math
 import os
@@ -15,9 +16,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.progress import Counters, Report, no_report
@@ -29,40 +30,89 @@ REPORT_INTERVAL = 0.2
 """Seconds between two reports of progress within an output interval."""
 
 ORDERS_BY_DAMPING = ((0.05, 5), (0.02, 3), (0.0, 2))
-"""The largest BDF order by the least ratio of the damping at the grid scale to the fastest rate of the system. Orders 3 to 5
-are unstable for a nearly imaginary spectrum: on a compacton at N = 600, order 5 stalls at a ratio of 0.016 and order 3 at
-0.001, while order 2 is never far behind."""
+"""The largest BDF order by the least ratio of the damping of f at the grid scale to the largest row sum of |df/dy|, both at
+the initial state. Orders 3 to 5 are unstable for a nearly imaginary spectrum: on compactons with n = 2 and 3 at N = 600
+order 5 stalls at a ratio of 0.016 and order 3 at 0.001, while order 2 is never far behind."""
 
-CURES = {
+ACCURACY = "raise integrator.rtol or integrator.atol"
+SMOOTHNESS = "as where a solution loses smoothness; add viscosity, refine the grid, or loosen the tolerances"
+LINEAR = "choose the other integrator.linear_solver"
+DATA = "check the initial data"
+SETTINGS = "check the settings of the integrator"
+MEMORY = "choose a smaller grid"
+
+COMMON_CURES = {
     -1: "it did not reach the next output time within max_steps steps; raise integrator.max_steps, or loosen the tolerances",
-    -2: "the tolerances ask for more than double precision can give; raise integrator.rtol or integrator.atol",
-    -3: "the error test failed again and again, as it does where the solution loses smoothness; add viscosity, refine the "
-    "grid, or loosen the tolerances",
-    -4: "the Newton iteration did not converge even with the smallest step, as it does where the solution blows up; add "
-    "viscosity, refine the grid, or choose another scheme",
-    -5: "the linear solver could not be set up; choose the other integrator.linear_solver",
-    -6: "the linear solver could not factor the Jacobian; choose the other integrator.linear_solver",
-    -7: "the linear solver failed; choose the other integrator.linear_solver",
-    -8: "the right-hand side could not be evaluated; check the initial data",
+    -2: f"the tolerances ask for more than double precision can give; {ACCURACY}",
+    -3: f"the error test failed again and again, {SMOOTHNESS}",
+    -4: f"the Newton iteration did not converge even with the smallest step, {SMOOTHNESS}",
+    -5: f"the linear solver could not be set up; {LINEAR}",
+    -6: f"the linear solver could not factor the Jacobian; {LINEAR}",
+    -7: f"the linear solver failed; {LINEAR}",
+    -8: f"the right-hand side could not be evaluated; {DATA}",
+    -22: f"a setting was refused; {SETTINGS}",
 }
 
-
-def _check_tolerances(integrator: IDA | CVODE) -> None:
-    check(integrator)
-    require(
-        1e-15 <= integrator.rtol <= 0.1,
-        f"integrator.rtol = {integrator.rtol:g} must lie between 1e-15 and 0.1; 1e-6 is usual.",
-    )
-    for name in ("atol", "max_step"):
-        value = getattr(integrator, name)
-        require(value is None or value > 0, f"integrator.{name} = {value} must be positive, or none for the default.")
-    order = integrator.max_order
-    require(order is None or 1 <= order <= 5, f"integrator.max_order = {order} must lie between 1 and 5, or be none.")
-    require(integrator.max_steps >= 1, f"integrator.max_steps = {integrator.max_steps} must be at least 1.")
+CURES = {
+    "IDA": COMMON_CURES
+    | {
+        -9: f"the residual failed again and again, {SMOOTHNESS}",
+        -12: f"the residual could not be evaluated at the start; {DATA}",
+        -13: f"the line search for consistent initial rates failed; {DATA}",
+        -14: f"no consistent initial rates were found; {DATA}",
+        -15: f"the Newton iteration could not be set up; {SETTINGS}",
+        -16: f"the Newton iteration could not be set up for a step; {LINEAR}",
+        -17: f"the Newton iteration failed; {SMOOTHNESS}",
+        -21: f"there was not enough memory; {MEMORY}",
+        -24: "an error weight became zero; set a positive integrator.atol",
+        -28: f"a vector operation failed; {MEMORY}",
+    },
+    "CVODE": COMMON_CURES
+    | {
+        -9: f"the right-hand side could not be evaluated at the start; {DATA}",
+        -10: f"the right-hand side failed again and again, {SMOOTHNESS}",
+        -11: f"the right-hand side failed beyond recovery, {SMOOTHNESS}",
+        -13: f"the Newton iteration could not be set up; {SETTINGS}",
+        -14: f"the Newton iteration could not be set up for a step; {LINEAR}",
+        -16: f"the Newton iteration failed, {SMOOTHNESS}",
+        -20: f"there was not enough memory; {MEMORY}",
+        -27: "the output time is too close to the initial time; choose a larger t_end or fewer frames",
+    },
+}
+"""What each flag of SUNDIALS means, and what to do. Flags that this program cannot provoke (events, constraints, projections)
+share one sentence."""
 
 
 @dataclass(frozen=True)
-class IDA:
+class _BackwardDifferences:
+    """The settings that IDA and CVODE share; see `IDA`."""
+
+    rtol: float = 1e-6
+    atol: float | None = None
+    linear_solver: Literal["band", "sparse"] = "band"
+    max_order: int | None = None
+    max_step: float | None = None
+    max_steps: int = 100_000
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(
+            1e-15 <= self.rtol <= 0.1,
+            f"integrator.rtol = {self.rtol:g} must lie between 1e-15 and 0.1; 1e-6 is usual.",
+        )
+        for name, least in (("atol", 1e-100), ("max_step", 0.0)):
+            value = getattr(self, name)
+            require(
+                value is None or value > least,
+                f"integrator.{name} = {value} must be {f'above {least:g}' if least else 'positive'}, or none for the default.",
+            )
+        order = self.max_order
+        require(order is None or 1 <= order <= 5, f"integrator.max_order = {order} must lie between 1 and 5, or be none.")
+        require(1 <= self.max_steps < 2**31, f"integrator.max_steps = {self.max_steps} must lie between 1 and 2147483647.")
+
+
+@dataclass(frozen=True)
+class IDA(_BackwardDifferences):
     """SUNDIALS IDA, variable-order BDF for M y' - f(t, y) = 0.
 
     Parameters
@@ -91,15 +141,8 @@ class IDA:
     Source: Hindmarsh et al., ACM TOMS 31 (2005) 363, doi:10.1145/1089014.1089020.
     """
 
-    rtol: float = 1e-6
-    atol: float | None = None
-    linear_solver: Literal["band", "sparse"] = "band"
-    max_order: int | None = None
-    max_step: float | None = None
-    max_steps: int = 100_000
-
-    def __post_init__(self) -> None:
-        _check_tolerances(self)
+    def check_system(self, system: SemiDiscretization) -> None:
+        """Any system will do."""
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SundialsIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
@@ -107,7 +150,7 @@ class IDA:
 
 
 @dataclass(frozen=True)
-class CVODE:
+class CVODE(_BackwardDifferences):
     """SUNDIALS CVODE, variable-order BDF for y' = f(t, y), where there is no mass matrix.
 
     Parameters
@@ -125,22 +168,16 @@ class CVODE:
     Source: Hindmarsh et al., ACM TOMS 31 (2005) 363, doi:10.1145/1089014.1089020.
     """
 
-    rtol: float = 1e-6
-    atol: float | None = None
-    linear_solver: Literal["band", "sparse"] = "band"
-    max_order: int | None = None
-    max_step: float | None = None
-    max_steps: int = 100_000
-
-    def __post_init__(self) -> None:
-        _check_tolerances(self)
-
-    def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SundialsIntegration:
-        """Begin a run at t = 0 from a state of shape (components, size)."""
+    def check_system(self, system: SemiDiscretization) -> None:
+        """Refuse a system with a mass matrix."""
         require(
             system.mass is None,
             "integrator = CVODE cannot take a scheme with a mass matrix; choose IDA or Midpoint, or another scheme.",
         )
+
+    def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SundialsIntegration:
+        """Begin a run at t = 0 from a state of shape (components, size)."""
+        self.check_system(system)
         return SundialsIntegration("CVODE", self, system, state, t_end)
 
 
@@ -153,7 +190,7 @@ def _order_for_damping(system: SemiDiscretization, state: Array) -> int:
     return next(order for least, order in ORDERS_BY_DAMPING if system.damping >= least * fastest)
 
 
-@njit(cache=True)
+@compiled
 def _all_finite(values: Array) -> bool:
     for component in range(values.shape[0]):
         for cell in range(values.shape[1]):
@@ -177,18 +214,30 @@ class SundialsIntegration:
         self._settings = settings
         self._name = name
         self._system = system
+        self._initial = state
         self._t_end = t_end
         self._t = 0.0
         self._attempt = 0.0
         self._state = np.empty_like(state)
         self._rate = np.empty_like(state)
         self._product = np.empty_like(state)
-        self._solver = self._create(state)
-        start = system.fold(state)
-        if name == "IDA":
-            self._solver.init_step(0.0, start, system.fold(system.rate(0.0, state)))
-        else:
-            self._solver.init_step(0.0, start)
+        self._solver: Any = None
+        self._kept_alive = False
+
+    def _begin(self) -> None:
+        """Create the solver; the first advance does it, so that what is never advanced holds nothing of SUNDIALS."""
+        system, state = self._system, self._initial
+        rate = system.rate(0.0, state)
+        self._insist_on_numbers(rate)
+        try:
+            self._solver = self._create(state)
+            self._keep_alive()
+            if self._name == "IDA":
+                self._solver.init_step(0.0, system.fold(state), system.fold(rate))
+            else:
+                self._solver.init_step(0.0, system.fold(state))
+        except (RuntimeError, MemoryError) as error:
+            raise IntegrationError(f"{self._name} could not start ({error}); {SETTINGS}.", 0.0) from None
 
     def _create(self, state: Array) -> Any:
         from sksundae import cvode, ida
@@ -214,7 +263,19 @@ class SundialsIntegration:
                 return ida.IDA(self._residual, **options)
             return cvode.CVODE(self._right_hand_side, **options)
 
+    def _keep_alive(self) -> None:
+        """Hold a reference until the first factorisation: SuperLU_MT crashes when freed before it has factored a matrix."""
+        if self._settings.linear_solver == "sparse" and not self._kept_alive:
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._solver))
+            self._kept_alive = True
+
+    def _release(self) -> None:
+        if self._kept_alive:
+            ctypes.pythonapi.Py_DecRef(ctypes.py_object(self._solver))
+            self._kept_alive = False
+
     def _count(self, t: float) -> None:
+        self.counters.evaluations += 1
         if t < self._attempt:
             self.counters.failures += 1
         self._attempt = t
@@ -273,6 +334,9 @@ class SundialsIntegration:
             With the cure, if SUNDIALS gives up.
         """
         first = self.counters.steps
+        with self._listening():
+            if self._solver is None:
+                self._begin()
         while self._t < t:
             deadline = time.monotonic() + REPORT_INTERVAL
             with self._listening():
@@ -292,14 +356,16 @@ class SundialsIntegration:
             result = self._solver.step(t, method=method)
         except KeyError as unlisted_flag:
             raise self._failure(int(unlisted_flag.args[0])) from None
-        self.counters.evaluations = result.nfev
+        except RuntimeError as error:
+            raise IntegrationError(f"{self._name} gave up at t = {self._t:.6g} ({error}); {SETTINGS}.", self._t) from None
         self.counters.jacobians = result.njev
         if result.status < 0:
             raise self._failure(result.status)
+        self._release()
         return result
 
     def _failure(self, flag: int) -> IntegrationError:
-        cure = CURES.get(flag, f"SUNDIALS returned the flag {flag}; loosen the tolerances or refine the grid")
+        cure = CURES[self._name].get(flag, f"SUNDIALS returned the flag {flag}; {SETTINGS}")
         return IntegrationError(f"{self._name} gave up at t = {self._t:.6g}: {cure}.", self._t)
 
     @contextlib.contextmanager
@@ -308,12 +374,14 @@ class SundialsIntegration:
         sys.stderr.flush()
         with tempfile.TemporaryFile() as heard, contextlib.redirect_stdout(io.StringIO()) as printed:
             saved = os.dup(2)
-            os.dup2(heard.fileno(), 2)
             try:
+                os.dup2(heard.fileno(), 2)
                 yield
             finally:
                 os.dup2(saved, 2)
                 os.close(saved)
                 heard.seek(0)
                 text = heard.read().decode(errors="replace") + printed.getvalue()
-                self.counters.warnings += [line.strip() for line in text.splitlines() if line.strip()]
+                lines = [line.strip() for line in text.splitlines() if line.strip()]
+                self.counters.warnings += len(lines)
+                self.counters.first_warning = self.counters.first_warning or "".join(lines[:1])

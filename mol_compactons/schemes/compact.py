@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from mol_compactons import stencils
+from mol_compactons.chain import GranularChain
+from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.equations import SecondDifference
-from mol_compactons.errors import require
+from mol_compactons.errors import InputError, require
 from mol_compactons.flux import Flux
-from mol_compactons.grid import Grid
+from mol_compactons.grid import Grid, Lattice
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 
@@ -85,14 +86,19 @@ class CompactScheme:
             f"scheme.viscosity = {self.viscosity:g} must not be negative; 0 is none, the paper has 1e-3.",
         )
 
-    def discretize(self, equation: FluxEquation, grid: Grid) -> SemiDiscretization:
+    def discretize(self, equation: FluxEquation | GranularChain, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of an equation on a grid.
 
         Raises
         ------
         InputError
-            If the grid has fewer points than the Jacobian couples.
+            If the grid has fewer points than the Jacobian couples, or a chain is given in place of an equation.
         """
+        if isinstance(equation, GranularChain) or isinstance(grid, Lattice):
+            raise InputError(
+                f"CompactScheme is for equations on a Grid, not for {type(equation).__name__} on a {type(grid).__name__}; a "
+                "GranularChain on a Lattice has the scheme NearestNeighbours."
+            )
         second_stencil = SECOND_DIFFERENCES[self.second_difference]
         reach = stencils.COMPACT_FIRST.reach + second_stencil.reach
         require(
@@ -161,13 +167,13 @@ class CompactScheme:
         )
 
 
-@njit(cache=True)
+@compiled
 def _add_product(b: NDArray[np.float64], c: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     for j in range(out.size):
         out[j] += b[j] * c[j]
 
 
-@njit(cache=True)
+@compiled
 def _flux_jacobian(
     first: NDArray[np.float64],
     second: NDArray[np.float64],

@@ -1,0 +1,18 @@
+"""Compilation of kernels by numba, kept on disk where there is a place for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+from numba import njit
+
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+
+
+def compiled(function: Kernel) -> Kernel:
+    """Compile a function; its machine code is cached on disk unless no folder can be written, as in some containers."""
+    try:
+        return cast(Kernel, njit(cache=True)(function))
+    except RuntimeError:
+        return cast(Kernel, njit(function))
