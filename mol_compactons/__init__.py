@@ -4,25 +4,40 @@ An equation on a grid is discretised by a scheme into a system of ordinary diffe
 through time, and out comes a labelled xarray Dataset.
 """
 
-from mol_compactons.equations import GranularCompacton
+from mol_compactons.chain import GranularChain, NearestNeighbours
+from mol_compactons.equations import GranularCompacton, Nesterenko, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError
-from mol_compactons.grid import Grid
+from mol_compactons.flux import PowerLaw
+from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.periodic_waves import PeriodicWave
+from mol_compactons.scaling import ScalingMap
 from mol_compactons.schemes import CompactScheme
 from mol_compactons.simulation import Simulation, run
-from mol_compactons.waves import Compacton, Samples
+from mol_compactons.waves import Compacton, Ripple, Samples, Uniform
 
 __all__ = [
     "CVODE",
     "IDA",
     "CompactScheme",
     "Compacton",
+    "GranularChain",
     "GranularCompacton",
     "Grid",
     "InputError",
     "IntegrationError",
+    "Lattice",
     "Midpoint",
+    "NearestNeighbours",
+    "Nesterenko",
+    "PeriodicWave",
+    "PowerLaw",
+    "PowerLawEquation",
+    "Ripple",
+    "RosenauHyman",
     "Samples",
+    "ScalingMap",
     "Simulation",
+    "Uniform",
     "run",
 ]

@@ -78,8 +78,10 @@ def _fit(hint: Any, value: Any) -> Any:
     elif hint is int:
         if isinstance(value, float | np.floating) and math.isfinite(value) and value == int(value):
             return _fit(int, int(value))
-        if isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_) and abs(value) < 2**63:
-            return int(value)
+        if isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_):
+            number = int(value)
+            if abs(number) < 2**63:
+                return number
     elif hint is bool:
         if isinstance(value, bool | np.bool_):
             return bool(value)

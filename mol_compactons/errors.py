@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ class IntegrationError(RuntimeError):
     def __init__(self, message: str, t: float, dataset: xr.Dataset | None = None) -> None:
         super().__init__(message)
         self.t = t
-        self.dataset = dataset
+        self.dataset: Any = dataset
 
 
 def require(condition: bool, message: str) -> None:

@@ -39,7 +39,7 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     for order, (t, profile) in enumerate(zip(times, frames.values, strict=True)):
         base = np.full_like(x, t)
         curve = t + scale * profile
-        axes.fill_between(x, base, curve, color="white", zorder=len(times) - order, linewidth=0)
+        axes.fill_between(x, base, np.maximum(base, curve), color="white", zorder=len(times) - order, linewidth=0)
         axes.plot(x, curve, color="#1f4e79", linewidth=0.8, zorder=len(times) - order)
     axes.set(xlim=(x[0], x[-1]), xlabel=str(space), ylabel="t", title=f"{name}(t, {space}), lifted by its time")
 

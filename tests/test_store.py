@@ -141,7 +141,7 @@ def test_an_interrupted_run_keeps_its_frames_and_says_so(tmp_path: Path) -> None
         assert 0 < dataset.sizes["t"] < 11
 
 
-@pytest.mark.parametrize("size", [60_000, 200_000, 400_000])
+@pytest.mark.parametrize("size", [150_000, 250_000, 400_000])
 def test_a_killed_run_leaves_a_readable_file(size: int, tmp_path: Path) -> None:
     """SIGKILL in the middle: every frame up to the last synchronisation is there."""
     path = tmp_path / "killed.nc"

@@ -19,6 +19,8 @@ from mol_compactons.grid import Grid, Lattice
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 
+Array = NDArray[np.float64]
+
 SECOND_DIFFERENCES = {
     "wide": stencils.SECOND_WIDE,
     "nearest": stencils.SECOND_NEAREST,
@@ -106,65 +108,70 @@ class CompactScheme:
             f"grid.size = {grid.size} is too small: the compact scheme couples {2 * reach + 1} neighbours; choose at "
             f"least {2 * reach + 1} points.",
         )
-        h = grid.spacing
-        flux = equation.flux
-        first = stencils.COMPACT_FIRST.scaled(h)
-        damping = self.viscosity * stencils.FOURTH_DIFFERENCE.scaled(h)
-        second = second_stencil.scaled(h)
-        components = len(equation.variables)
-        b, g, f, damped = np.empty((4, grid.size))
-
-        def nonlinear_flux(u: NDArray[np.float64]) -> None:
-            flux.g.evaluate(u, g)
-            convolve(second, g, damped)
-            flux.b.evaluate(u, b)
-            flux.convective(u, f)
-            _add_product(b, damped, f)
-
-        def rhs(t: float, state: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-            nonlinear_flux(state[0])
-            convolve(first, f, out[-1])
-            if equation.two_way:
-                convolve(first, state[1], out[0])
-            for u, rate in zip(state, out, strict=True):
-                if self.viscosity:
-                    convolve(damping, u, damped)
-                    rate += damped
-                np.negative(rate, out=rate)
-
-        def jacobian(t: float, state: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-            u = state[0]
-            out[:] = 0
-            g_second, slope = np.empty_like(u), np.empty_like(u)
-            flux.g.evaluate(u, g)
-            convolve(second, g, g_second)
-            flux.convective_derivative(u, f)
-            flux.b.derivative().evaluate(u, b)
-            _add_product(b, g_second, f)
-            flux.b.evaluate(u, b)
-            flux.g.derivative().evaluate(u, slope)
-            _flux_jacobian(first, second, f, b, slope, out[-1, 0])
-            near = slice(reach - 2, reach + 3)
-            if equation.two_way:
-                out[0, 1, near] -= first[:, None]
-            for component in range(components):
-                out[component, component, near] -= damping[:, None]
-
-        def second_difference(values: NDArray[np.float64]) -> NDArray[np.float64]:
-            result = np.empty_like(values)
-            convolve(second, values, result)
-            return result
-
+        kernel = _CompactKernel(equation, grid.size, grid.spacing, second_stencil, self.viscosity)
         return SemiDiscretization(
             size=grid.size,
-            components=components,
+            components=len(equation.variables),
             reach=reach,
-            rhs=rhs,
-            jacobian=jacobian,
-            invariants=lambda state: equation.invariants(state, h, second_difference),
+            rhs=kernel.rhs,
+            jacobian=kernel.jacobian,
+            invariants=lambda state: equation.invariants(state, grid.spacing, kernel.second_difference),
             mass=np.array(stencils.COMPACT_MASS.coefficients),
-            damping=16 * self.viscosity / h**4,
+            damping=16 * self.viscosity / grid.spacing**4,
         )
+
+
+class _CompactKernel:
+    """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
+
+    def __init__(self, equation: FluxEquation, size: int, spacing: float, second: stencils.Stencil, viscosity: float) -> None:
+        self._flux = equation.flux
+        self._two_way = equation.two_way
+        self._first = stencils.COMPACT_FIRST.scaled(spacing)
+        self._second = second.scaled(spacing)
+        self._damping = viscosity * stencils.FOURTH_DIFFERENCE.scaled(spacing)
+        self._b, self._g, self._f, self._difference = np.empty((4, size))
+
+    def rhs(self, t: float, state: Array, out: Array) -> None:
+        """Write -D1 F - eps D4 u, for a two-way equation with v in place of F for the first component."""
+        self._flux.g.evaluate(state[0], self._g)
+        convolve(self._second, self._g, self._difference)
+        self._flux.b.evaluate(state[0], self._b)
+        self._flux.convective(state[0], self._f)
+        _add_product(self._b, self._difference, self._f)
+        convolve(self._first, self._f, out[-1])
+        if self._two_way:
+            convolve(self._first, state[1], out[0])
+        for u, rate in zip(state, out, strict=True):
+            if self._damping[2]:
+                convolve(self._damping, u, self._difference)
+                rate += self._difference
+            np.negative(rate, out=rate)
+
+    def jacobian(self, t: float, state: Array, out: Array) -> None:
+        """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of u where b has a singular slope."""
+        u, out[:] = state[0], 0
+        local, slope = np.empty((2, u.size))
+        self._flux.g.evaluate(u, self._g)
+        convolve(self._second, self._g, self._difference)
+        self._flux.convective_derivative(u, local)
+        self._flux.b.derivative().evaluate(u, self._b)
+        _add_product(self._b, self._difference, local)
+        self._flux.b.evaluate(u, self._b)
+        self._flux.g.derivative().evaluate(u, slope)
+        _subtract_flux_jacobian(self._first, self._second, local, self._b, slope, out[-1, 0])
+        reach = (out.shape[2] - 1) // 2
+        near = slice(reach - 2, reach + 3)
+        if self._two_way:
+            out[0, 1, near] -= self._first[:, None]
+        for component in range(out.shape[0]):
+            out[component, component, near] -= self._damping[:, None]
+
+    def second_difference(self, values: Array) -> Array:
+        """S applied to values on the grid, shape (size,)."""
+        result = np.empty_like(values)
+        convolve(self._second, values, result)
+        return result
 
 
 @compiled
@@ -174,7 +181,7 @@ def _add_product(b: NDArray[np.float64], c: NDArray[np.float64], out: NDArray[np
 
 
 @compiled
-def _flux_jacobian(
+def _subtract_flux_jacobian(
     first: NDArray[np.float64],
     second: NDArray[np.float64],
     local: NDArray[np.float64],
