@@ -1,8 +1,7 @@
 """Three compactons of K(2,2) with the speeds 2, 3/2 and 1 pass through each other: the classic of Rosenau and Hyman.
 
 Their paper (Phys. Rev. Lett. 70, 564, 1993) shows such a collision; the places, the box and the viscosity here are our own.
-The waves come out with their shapes, and leave a small compacton-anticompacton ripple behind, whose height grows no smaller
-with the grid.
+The waves come out with their shapes, and leave a small ripple of both signs behind.
 """
 
 from mol_compactons import IDA, Compacton, CompactScheme, Grid, RosenauHyman, Simulation, run

@@ -71,6 +71,9 @@ def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         (["run", "two_bright", "-o", "nowhere/a.nc"], "does not exist"),
         (["run", "two_bright", "-o", "."], "is a folder"),
         (["info", "nothing.nc"], "There is no file"),
+        (["stability", "n=1"], "larger than 1"),
+        (["stability", "m=2"], "is not a field of StabilityStudy"),
+        (["stability", "sizes=20,40,80", "-o", "report.txt"], "must end in .nc"),
         (["plot", "broken.nc"], "is not a NetCDF file"),
         (["info", "foreign.nc"], "is not a result of mol_compactons"),
         (["run", "empty.py"], "does not define a Simulation"),
@@ -114,6 +117,16 @@ def test_bad_input_is_one_sentence_status_2_and_nothing_written(
     assert "Traceback" not in printed.err
     assert printed.out == ""
     assert sorted(Path().iterdir()) == before
+
+
+def test_stability_prints_its_verdicts_and_stores_the_report(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["stability", "n=2", "sizes=20,40,80", "-o", "report.nc"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1].startswith("verdict: stable")
+    with xr.open_dataset("report.nc") as dataset:
+        assert {"eigenvalue", "growth", "functional", "I", "J"} <= set(dataset.data_vars)
+    assert main(["stability", "sizes=20,40,80", "-o", "report.png"]) == 0
+    assert Path("report.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_usage_errors_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
