@@ -12,7 +12,7 @@ from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.scaling import ScalingMap
-from mol_compactons.schemes import CompactScheme
+from mol_compactons.schemes import CompactScheme, ConservativeScheme
 from mol_compactons.simulation import Simulation, run
 from mol_compactons.waves import Compacton, Ripple, Samples, Uniform
 
@@ -21,6 +21,7 @@ __all__ = [
     "IDA",
     "CompactScheme",
     "Compacton",
+    "ConservativeScheme",
     "GranularChain",
     "GranularCompacton",
     "Grid",

@@ -11,8 +11,11 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 
 def compiled(function: Kernel) -> Kernel:
-    """Compile a function; its machine code is cached on disk unless no folder can be written, as in some containers."""
+    """Compile a function, with numpy's rules for division by zero.
+
+    Its machine code is cached on disk unless no folder can be written, as in some containers.
+    """
     try:
-        return cast(Kernel, njit(cache=True)(function))
+        return cast(Kernel, njit(cache=True, error_model="numpy")(function))
     except RuntimeError:
-        return cast(Kernel, njit(function))
+        return cast(Kernel, njit(error_model="numpy")(function))

@@ -119,7 +119,7 @@ def test_changes_are_checked_together() -> None:
         ("grid.size", "abc", "must be a whole number"),
         ("grid.size", "1/0", "is not a finite number"),
         ("scheme.viscosity", "-1", "must not be negative"),
-        ("scheme", "IDA", "must be CompactScheme"),
+        ("scheme", "IDA", "must be CompactScheme or ConservativeScheme"),
         ("integrator", "IDA(rtoll=1)", "did you mean 'rtol'"),
         ("initial", "[Compacton(speed=1)]", "needs a value for center"),
         ("equation", "print(1)", "must be GranularCompacton"),

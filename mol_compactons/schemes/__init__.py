@@ -1,5 +1,6 @@
 """Spatial discretisations: each turns an equation on a grid into a semi-discretisation M y' = f(t, y)."""
 
 from mol_compactons.schemes.compact import CompactScheme
+from mol_compactons.schemes.conservative import ConservativeScheme
 
-__all__ = ["CompactScheme"]
+__all__ = ["CompactScheme", "ConservativeScheme"]
