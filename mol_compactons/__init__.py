@@ -12,7 +12,7 @@ from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.scaling import ScalingMap
-from mol_compactons.schemes import CompactScheme, ConservativeScheme
+from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.simulation import Simulation, run
 from mol_compactons.waves import Compacton, Ripple, Samples, Uniform
 
@@ -22,6 +22,7 @@ __all__ = [
     "CompactScheme",
     "Compacton",
     "ConservativeScheme",
+    "FourierScheme",
     "GranularChain",
     "GranularCompacton",
     "Grid",

@@ -71,11 +71,20 @@ class GranularChain:
         return Nesterenko(self.n, self.strength, 1.0, self.linear).compacton(speed, sign)
 
     def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
-        """The state of a wave of this shape and speed, R and R_t = -V R', shape (2, N)."""
-        return np.array([shape(z), -speed * shape.slope(z)])
+        """The state of a wave of this shape and speed, R and R_t = V [R(z - 1/2) - R(z + 1/2)], shape (2, N).
+
+        That is -V R' as a difference of the velocities V R(z +- 1/2) of two neighbouring grains, which adds up to zero on
+        the ring.
+        """
+        return np.array([shape(z), speed * (shape(z - 0.5) - shape(z + 0.5))])
 
     def check_state(self, state: NDArray[np.float64]) -> None:
-        """Any real state will do."""
+        """Refuse rates that do not add up to zero: they are differences of the velocities of neighbouring grains on a ring."""
+        total, size = float(state[1].sum()), float(np.abs(state[1]).sum())
+        require(
+            abs(total) <= 1e-9 * size,
+            f"The rates R_t add up to {total:.4g}, but on a ring they must add up to 0; subtract their mean.",
+        )
 
     def frequency_squared(self, wavenumber: float, stress: float) -> float:
         """omega^2 = F'(R0) 4 sin^2(k / 2) of small waves about a uniform stress R0 >= 0; never negative."""

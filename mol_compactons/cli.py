@@ -111,7 +111,9 @@ def _assignments(changes: list[str]) -> dict[str, str]:
     for change in changes:
         field, equals, value = change.partition("=")
         if not equals:
-            raise InputError(f"{change!r} lacks a value; write FIELD=VALUE, for example grid.size=1200.")
+            raise InputError(f"{change!r} lacks a value; write FIELD=VALUE.")
+        if field.strip() in result:
+            raise InputError(f"{field.strip()} is given twice; give it once.")
         result[field.strip()] = value
     return result
 
@@ -158,14 +160,17 @@ def _stability(options: argparse.Namespace) -> None:
     path = Path(options.output) if options.output else None
     if path:
         check_target(path, options.overwrite)
-        if path.suffix not in (".nc", ".png"):
+        if path.suffix.lower() not in (".nc", ".png"):
             raise InputError(f"{path} must end in .nc, to store the report, or .png, to draw it.")
     dataset = stability.report(study)
     print(*stability.verdicts(dataset), sep="\n")
-    if path and path.suffix == ".nc":
+    if not path:
+        return
+    if path.suffix.lower() == ".nc":
         dataset.to_netcdf(path)
-    elif path:
+    else:
         stability_overview(dataset).savefig(path, dpi=150)
+    print(f"wrote {path}")
 
 
 def _scenarios(options: argparse.Namespace) -> None:

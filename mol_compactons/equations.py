@@ -161,7 +161,7 @@ class RosenauHyman:
 
     Conserved: mass = Int u and energy = Int of the antiderivative of u^n; with m = n the equation is u_t = -(d + d^3)
     of the variational derivative of that energy. (With m = n also Int u cos x and Int u sin x.) The momentum Int u^2 / 2
-    is not conserved.
+    is conserved for n = 1 only, where it is that energy.
 
     Parameters
     ----------
@@ -219,7 +219,8 @@ class RosenauHyman:
         m = self.m
         require(
             m == self.n and m > 1,
-            f"RosenauHyman with m = {m:g}, n = {self.n:g} has no compacton of closed form; choose m = n larger than 1.",
+            f"Compactons of RosenauHyman are known to this program for m = n larger than 1 only, not for m = {m:g}, n = {self.n:g}; "
+            "choose m = n, or give the initial data as Samples.",
         )
         one_sided = not self.absolute and m % 2 == 0
         direction = sign if one_sided else 1
@@ -303,8 +304,8 @@ class Nesterenko:
     def __post_init__(self) -> None:
         check(self)
         require(self.n > 1, f"Nesterenko.n = {self.n:g} must be larger than 1; the Hertz contact has n = 1.5.")
-        require(self.strength > 0, f"Nesterenko.strength = {self.strength:g} must be positive.")
-        require(self.grain_distance > 0, f"Nesterenko.grain_distance = {self.grain_distance:g} must be positive.")
+        require(self.strength > 0, f"Nesterenko.strength = {self.strength:g} must be positive; 1 is usual.")
+        require(self.grain_distance > 0, f"Nesterenko.grain_distance = {self.grain_distance:g} must be positive; 1 is usual.")
         require(self.prestress >= 0, f"Nesterenko.prestress = {self.prestress:g} must not be negative; 0 is none.")
 
     @property
@@ -402,6 +403,9 @@ class PowerLawEquation:
 
     def __post_init__(self) -> None:
         check(self)
+        for name in ("a", "b", "g"):
+            exponent = getattr(self, name).exponent
+            require(exponent >= 0, f"PowerLawEquation.{name} has the exponent {exponent:g}; it must not be negative.")
 
     @property
     def variables(self) -> tuple[str, ...]:

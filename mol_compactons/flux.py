@@ -133,7 +133,8 @@ class Flux:
         With it F is the variational derivative of the integral of A(u) - (kappa / 2) g_x^2, A' = a.
         """
         slope = self.g.derivative()
-        if slope.coefficient and (slope.exponent, slope.odd) == (self.b.exponent, self.b.odd):
+        same_power = math.isclose(slope.exponent, self.b.exponent, rel_tol=0, abs_tol=1e-12)
+        if slope.coefficient and same_power and slope.odd == self.b.odd:
             return self.b.coefficient / slope.coefficient
         return None
 

@@ -71,22 +71,21 @@ class PeriodicWave:
         require(self.speed > 0, f"PeriodicWave.speed = {self.speed:g} must be positive; sign=-1 gives a rarefaction.")
         require(self.sign in (1, -1), f"PeriodicWave.sign = {self.sign} must be 1 or -1.")
 
-    def trough(self, equation: GranularCompacton) -> float:
+    def trough(self, equation: CompactonEquation) -> float:
         """The smallest |W|, nondimensional."""
-        return float(self._orbit(equation).lowest ** (2 / (equation.n + 1)))
+        orbit = self._orbit(equation)
+        return float(orbit.lowest ** (2 / (orbit.n + 1)))
 
-    def amplitude(self, equation: GranularCompacton) -> float:
+    def amplitude(self, equation: CompactonEquation) -> float:
         """Half the distance from trough to crest, nondimensional."""
         return (self.crest - self.trough(equation)) / 2
 
-    def period(self, equation: GranularCompacton) -> float:
+    def period(self, equation: CompactonEquation) -> float:
         """The period in x, nondimensional."""
         return self._orbit(equation).period
 
     def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (1, size)."""
-        if not isinstance(equation, GranularCompacton):
-            raise InputError(f"PeriodicWave is a wave of GranularCompacton, not of {type(equation).__name__}.")
         orbit = self._orbit(equation)
         count = grid.length / orbit.period
         require(
@@ -95,9 +94,11 @@ class PeriodicWave:
             f"{orbit.period:.17g}.",
         )
         phi = orbit.profile(grid.offset(self.center + self.speed * t))
-        return np.asarray(self.sign * phi ** (2 / (equation.n + 1)))[None]
+        return np.asarray(self.sign * phi ** (2 / (orbit.n + 1)))[None]
 
-    def _orbit(self, equation: GranularCompacton) -> _Orbit:
+    def _orbit(self, equation: CompactonEquation) -> _Orbit:
+        if not isinstance(equation, GranularCompacton):
+            raise InputError(f"PeriodicWave is a wave of GranularCompacton, not of {type(equation).__name__}.")
         n = equation.n
         flat = self.speed ** (1 / (n - 1))
         compacton = equation.compacton(self.speed).amplitude
@@ -106,7 +107,13 @@ class PeriodicWave:
             f"PeriodicWave.crest = {self.crest:g} must lie between {flat:.6g}, the flat wave, and {compacton:.6g}, the "
             f"compacton, for speed {self.speed:g} and n = {n:g}.",
         )
-        return _Orbit(n, self.speed, self.crest ** ((n + 1) / 2))
+        orbit = _Orbit(n, self.speed, self.crest ** ((n + 1) / 2))
+        require(
+            orbit.is_resolved,
+            f"PeriodicWave.crest = {self.crest:.10g} is too near to {compacton:.10g}, the compacton, for the period and the "
+            "profile to be computed to ten digits; choose a lower crest, or a Compacton.",
+        )
+        return orbit
 
 
 @dataclass(frozen=True)
@@ -129,21 +136,34 @@ class _Orbit:
         level = self._potential(self.highest)
         return float(brentq(lambda phi: self._potential(phi) - level, 0.0, flat, xtol=1e-300, rtol=1e-15))
 
-    @cached_property
-    def _rates(self) -> NDArray[np.float64]:
-        """The cosine coefficients of dx / dtheta = R^(-1/2), where R = -[phi_0, phi_1, phi] of the potential."""
-        theta = np.pi * np.arange(PHASES // 2 + 1) / (PHASES // 2)
-        phi = self._phi(theta)
-        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_NODES)
+    def _quotient(self, phi: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+        """R = -[phi_0, phi_1, phi] of the potential, by Gauss quadrature with `count` nodes in each direction.
+
+        By Hermite and Genocchi the second divided difference is the integral of the second derivative over a triangle.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(count)
         nodes, weights = (nodes + 1) / 2, weights / 2
-        # Hermite-Genocchi: the second divided difference is the integral of the second derivative over a triangle.
-        outer, inner = np.meshgrid(nodes, nodes, indexing="ij")
+        first, inner = np.meshgrid(nodes, nodes, indexing="ij")
         share = np.outer(weights * (1 - nodes), weights)
-        first, second = outer, (1 - outer) * inner
+        second = (1 - first) * inner
         power = 4 / (self.n + 1)
         places = self.lowest * first[..., None] + self.highest * second[..., None] + phi * (1 - first - second)[..., None]
         curvature = self.speed * (self.n + 1) / 2 * power * (power - 1) * places ** (power - 2) - 2
-        quotient = -np.tensordot(share, curvature, axes=2)
+        return np.asarray(-np.tensordot(share, curvature, axes=2))
+
+    @cached_property
+    def is_resolved(self) -> bool:
+        """Whether the quadrature has converged, and the cosine series has ended, to ten digits."""
+        phi = self._phi(np.pi * np.arange(9) / 8)
+        coarse, fine = self._quotient(phi, GAUSS_NODES), self._quotient(phi, 2 * GAUSS_NODES)
+        settled = float(np.abs(coarse / fine - 1).max()) < 1e-10
+        return settled and float(np.abs(self._rates[-8:]).max()) < 1e-10 * float(self._rates[0])
+
+    @cached_property
+    def _rates(self) -> NDArray[np.float64]:
+        """The cosine coefficients of dx / dtheta = R^(-1/2)."""
+        theta = np.pi * np.arange(PHASES // 2 + 1) / (PHASES // 2)
+        quotient = self._quotient(self._phi(theta), GAUSS_NODES)
         symmetric = np.concatenate([quotient, quotient[-2:0:-1]]) ** -0.5
         rates = np.fft.rfft(symmetric).real / PHASES
         rates[1:] *= 2

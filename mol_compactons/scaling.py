@@ -71,7 +71,7 @@ class ScalingMap:
         check(self)
         require(self.n > 1, f"ScalingMap.n = {self.n:g} must be larger than 1; the Hertz contact has n = 1.5.")
         for name in ("strength", "grain_distance", "prestress"):
-            require(getattr(self, name) > 0, f"ScalingMap.{name} = {getattr(self, name):g} must be positive.")
+            require(getattr(self, name) > 0, f"ScalingMap.{name} = {getattr(self, name):g} must be positive; 1 is usual.")
 
     @property
     def sound_speed(self) -> float:

@@ -39,6 +39,10 @@ class SemiDiscretization:
         ``invariants(state)`` returns the conserved quantities by name.
     mass : array of shape (5,) or None
         The circulant stencil of M, the same for each component; None if M is the identity.
+    jacobian_vector : callable or None
+        ``jacobian_vector(t, state, vector, out)`` writes df/dy times a vector; for a system whose Jacobian is not banded.
+    companion : SemiDiscretization or None
+        A system with a banded Jacobian close to that of such a system, to precondition with.
     damping : float
         The fastest rate at which f damps a grid-scale ripple; 0 for an undamped system, whose spectrum is nearly imaginary.
     """
@@ -51,6 +55,8 @@ class SemiDiscretization:
     invariants: Callable[[Array], dict[str, float]]
     mass: Array | None = None
     damping: float = 0.0
+    jacobian_vector: Callable[[float, Array, Array, Array], None] | None = None
+    companion: SemiDiscretization | None = None
 
     @property
     def unknowns(self) -> int:

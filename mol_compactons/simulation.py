@@ -23,7 +23,7 @@ from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.integrators.progress import Report, no_report
 from mol_compactons.periodic_waves import PeriodicWave
-from mol_compactons.schemes import CompactScheme, ConservativeScheme
+from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.waves import Compacton, Ripple, Samples, Uniform, superpose
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation | GranularChain
-Scheme = CompactScheme | ConservativeScheme | NearestNeighbours
+Scheme = CompactScheme | ConservativeScheme | FourierScheme | NearestNeighbours
 Wave = Compacton | PeriodicWave | Samples | Uniform | Ripple
 Integrator = IDA | CVODE | Midpoint
 

@@ -20,6 +20,7 @@ from mol_compactons import (
     Uniform,
     run,
 )
+from mol_compactons.invariants import drift
 from tests.systems import analytic_jacobian, difference_jacobian, random_state, right_hand_side
 
 
@@ -59,6 +60,27 @@ def test_a_small_ripple_oscillates_with_the_sine_of_the_lattice() -> None:
     assert frequency == pytest.approx(2 * np.sqrt(1.5))
     assert ripples[1] == pytest.approx(-ripples[0], rel=1e-3)
     assert ripples[2] == pytest.approx(ripples[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("n", [1.5, 2, 3])
+def test_a_pulse_between_two_sites_conserves_everything_too(n: float) -> None:
+    simulation = Simulation(
+        equation=GranularChain(n),
+        grid=Lattice(size=60),
+        scheme=NearestNeighbours(),
+        initial=[Compacton(speed=1, center=10.3)],
+        t_end=20,
+        frames=5,
+        integrator=CVODE(rtol=1e-9, max_order=5, linear_solver="sparse"),
+    )
+    changes = drift(run(simulation))
+    assert float(abs(changes.mass).max()) < 1e-10
+    assert float(abs(changes.energy).max()) < 1e-5
+
+
+def test_rates_that_do_not_add_up_are_refused() -> None:
+    with pytest.raises(InputError, match="The rates R_t add up to 5, but on a ring they must add up to 0"):
+        GranularChain(2).check_state(np.array([np.ones(5), np.ones(5)]))
 
 
 def test_the_corrected_velocity_moves_the_pulse_to_the_right() -> None:

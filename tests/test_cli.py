@@ -72,6 +72,8 @@ def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         (["run", "two_bright", "-o", "."], "is a folder"),
         (["info", "nothing.nc"], "There is no file"),
         (["stability", "n=1"], "larger than 1"),
+        (["stability", "3"], "'3' lacks a value; write FIELD=VALUE."),
+        (["stability", "n=2", "n=3"], "n is given twice"),
         (["stability", "m=2"], "is not a field of StabilityStudy"),
         (["stability", "sizes=20,40,80", "-o", "report.txt"], "must end in .nc"),
         (["plot", "broken.nc"], "is not a NetCDF file"),
@@ -122,7 +124,8 @@ def test_bad_input_is_one_sentence_status_2_and_nothing_written(
 def test_stability_prints_its_verdicts_and_stores_the_report(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stability", "n=2", "sizes=20,40,80", "-o", "report.nc"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[-1].startswith("verdict: stable")
+    assert lines[-2].startswith("verdict: stable")
+    assert lines[-1] == "wrote report.nc"
     with xr.open_dataset("report.nc") as dataset:
         assert {"eigenvalue", "growth", "functional", "I", "J"} <= set(dataset.data_vars)
     assert main(["stability", "sizes=20,40,80", "-o", "report.png"]) == 0

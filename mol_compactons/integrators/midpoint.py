@@ -61,7 +61,11 @@ class Midpoint:
         )
 
     def check_system(self, system: SemiDiscretization) -> None:
-        """Any system will do."""
+        """Refuse a system whose Jacobian is not banded."""
+        require(
+            system.jacobian_vector is None,
+            "Midpoint needs a banded Jacobian, which this scheme has not; choose integrator=CVODE(linear_solver='krylov').",
+        )
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> MidpointIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""

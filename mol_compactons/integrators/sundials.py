@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
+from mol_compactons.integrators.krylov import KrylovLinearization
 from mol_compactons.integrators.progress import Counters, Report, no_report
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -28,6 +29,9 @@ Array = NDArray[np.float64]
 
 REPORT_INTERVAL = 0.2
 """Seconds between two reports of progress within an output interval."""
+
+KRYLOV_DIMENSION = 30
+"""The largest number of Krylov vectors."""
 
 ORDERS_BY_DAMPING = ((0.3, 5), (0.0, 2))
 """The largest BDF order by the least ratio of the damping of f at the grid scale to the largest row sum of |df/dy|, both at
@@ -90,7 +94,7 @@ class _BackwardDifferences:
 
     rtol: float = 1e-6
     atol: float | None = None
-    linear_solver: Literal["band", "sparse"] = "band"
+    linear_solver: Literal["band", "sparse", "krylov"] = "band"
     max_order: int | None = None
     max_step: float | None = None
     max_steps: int = 100_000
@@ -122,8 +126,10 @@ class IDA(_BackwardDifferences):
         Relative tolerance of the local error.
     atol : float or None
         Absolute tolerance; None for rtol / 100.
-    linear_solver : {"band", "sparse"}
-        "band": folded band LU with SUNDIALS' own difference quotients; "sparse": SuperLU_MT with the analytic Jacobian.
+    linear_solver : {"band", "sparse", "krylov"}
+        "band": folded band LU with SUNDIALS' own difference quotients; "sparse": SuperLU_MT with the analytic Jacobian, which
+        keeps linear invariants to round-off; "krylov" (CVODE only): preconditioned GMRES, for schemes without a banded
+        Jacobian.
     max_order : int or None
         Largest BDF order, 1 to 5. None chooses it from the damping: orders 3 to 5 are unstable for the nearly imaginary
         spectrum of an undamped system.
@@ -143,7 +149,9 @@ class IDA(_BackwardDifferences):
     """
 
     def check_system(self, system: SemiDiscretization) -> None:
-        """Any system will do."""
+        """Refuse a system whose Jacobian is not banded."""
+        insist_on_a_banded_jacobian(system, "IDA")
+        require(self.linear_solver != "krylov", "integrator.linear_solver = 'krylov' is for CVODE; choose 'band' for IDA.")
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SundialsIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
@@ -170,7 +178,11 @@ class CVODE(_BackwardDifferences):
     """
 
     def check_system(self, system: SemiDiscretization) -> None:
-        """Refuse a system with a mass matrix."""
+        """Refuse a system with a mass matrix, or one that does not suit the linear solver."""
+        if self.linear_solver == "krylov":
+            KrylovLinearization(system)
+        else:
+            insist_on_a_banded_jacobian(system, f"CVODE with linear_solver = {self.linear_solver!r}")
         require(
             system.mass is None,
             "integrator = CVODE cannot take a scheme with a mass matrix; choose IDA or Midpoint, or another scheme.",
@@ -189,6 +201,14 @@ def _order_for_damping(system: SemiDiscretization, state: Array) -> int:
     system.jacobian(0.0, state, diagonals)
     fastest = float(np.abs(diagonals).sum(axis=(1, 2)).max())
     return next(order for least, order in ORDERS_BY_DAMPING if system.damping >= least * fastest)
+
+
+def insist_on_a_banded_jacobian(system: SemiDiscretization, integrator: str) -> None:
+    """Refuse a system that only a Krylov solver can take."""
+    require(
+        system.jacobian_vector is None,
+        f"{integrator} needs a banded Jacobian, which this scheme has not; choose integrator=CVODE(linear_solver='krylov').",
+    )
 
 
 @compiled
@@ -252,7 +272,9 @@ class SundialsIntegration:
             "max_step": settings.max_step or 0.0,
             "max_num_steps": settings.max_steps,
         }
-        if settings.linear_solver == "band":
+        if settings.linear_solver == "krylov":
+            options |= self._krylov_options()
+        elif settings.linear_solver == "band":
             options |= {"lband": system.half_bandwidth, "uband": system.half_bandwidth}
         else:
             diagonals = np.empty_like(system.mass_diagonals)
@@ -263,6 +285,17 @@ class SundialsIntegration:
             if self._name == "IDA":
                 return ida.IDA(self._residual, **options)
             return cvode.CVODE(self._right_hand_side, **options)
+
+    def _krylov_options(self) -> dict[str, Any]:
+        from sksundae.cvode import CVODEJacTimes, CVODEPrecond
+
+        linear = KrylovLinearization(self._system)
+        return {
+            "linsolver": "gmres",
+            "krylov_dim": KRYLOV_DIMENSION,
+            "precond": CVODEPrecond(linear.set_up_preconditioner, linear.precondition),
+            "jactimes": CVODEJacTimes(None, linear.multiply),
+        }
 
     def _keep_alive(self) -> None:
         """Hold a reference until the first factorisation: SuperLU_MT crashes when freed before it has factored a matrix."""

@@ -2,5 +2,6 @@
 
 from mol_compactons.schemes.compact import CompactScheme
 from mol_compactons.schemes.conservative import ConservativeScheme
+from mol_compactons.schemes.fourier import FourierScheme
 
-__all__ = ["CompactScheme", "ConservativeScheme"]
+__all__ = ["CompactScheme", "ConservativeScheme", "FourierScheme"]
