@@ -5,11 +5,12 @@ through time, and out comes a labelled xarray Dataset.
 """
 
 from mol_compactons.chain import GranularChain, NearestNeighbours
-from mol_compactons.equations import GranularCompacton, Nesterenko, PowerLawEquation, RosenauHyman
+from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.scaling import ScalingMap
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme

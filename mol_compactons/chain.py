@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from mol_compactons import stencils
 from mol_compactons.configuration import check
-from mol_compactons.equations import CosinePower, Nesterenko
+from mol_compactons.equations import CosinePower
 from mol_compactons.errors import InputError, require
 from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from mol_compactons.chain import GranularChain, NearestNeighbours
 from mol_compactons.configuration import check, decode, encode
-from mol_compactons.equations import GranularCompacton, Nesterenko, PowerLawEquation, RosenauHyman
+from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.integrators.progress import Report, no_report
+from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.semidiscrete import SemiDiscretization

@@ -9,10 +9,11 @@ and its formal second variation at the compacton, for perturbations eta of phi o
 
     A = K^2 [-d^2/dy^2 + s (s-1) sec^2 y] - 1,   s = gamma = 2/(n-1),
 
-whose eigenvalues in the L2 norm of eta are ((2 + k (n-1)) / (n+1))^2 - 1, k = 0, 1, 2, ...: one negative, one zero (the shift), all
-others positive, for every n in 1 < n < 5. Their signs do not depend on the norm. On perturbations v of W with <W_c, v> = 0 the
-negative direction is lost, since dQ/dc > 0. It is formal because eta falls off more slowly towards the edge than phi does. Derived
-here; the spectrum of the operator is that of Poeschl and Teller, Z. Phys. 83 (1933) 143, doi:10.1007/BF01331132.
+whose eigenvalues in the L2 norm of eta are ((2 + k (n-1)) / (n+1))^2 - 1, k = 0, 1, 2, ...: one negative, one zero (the
+shift), all others positive, for every n in 1 < n < 5. Their signs do not depend on the norm. On perturbations v of W with
+<W_c, v> = 0 the negative direction is lost, since dQ/dc > 0. It is formal because eta falls off more slowly towards the
+edge than phi does. Derived here; the spectrum of the operator is that of Poeschl and Teller, Z. Phys. 83 (1933) 143,
+doi:10.1007/BF01331132.
 """
 
 from __future__ import annotations
@@ -176,8 +177,8 @@ def evolution_growth(
 ) -> float:
     """The largest growth rate of the linearised evolution about a compacton in its moving frame, for a scheme on a grid.
 
-    v_t = d/dz L'' v becomes v' = (M^-1 J + c D) v, J the scheme's own Jacobian and D Fourier's derivative. Where W = 0 the flux has
-    no linear part for n > 1 but for the slope of b, which is infinite for n < 3 and is left out.
+    v_t = d/dz L'' v becomes v' = (M^-1 J + c D) v, J the scheme's own Jacobian and D Fourier's derivative. Where W = 0 the
+    flux has no linear part for n > 1 but for the slope of b, which is infinite for n < 3 and is left out.
 
     Parameters
     ----------
@@ -310,8 +311,9 @@ def report(study: StabilityStudy) -> xr.Dataset:
 def _extrapolate(eigenvalue: Array) -> tuple[Array, Array]:
     """Aitken's limit along the resolutions, axis 1, and its uncertainty.
 
-    The uncertainty is the last change or three times the correction, whichever is larger, where the changes shrink at the second
-    order of the differences, and five times the whole change, or the correction, where they shrink more slowly or not at all.
+    The uncertainty is the last change or three times the correction, whichever is larger, where the changes shrink at the
+    second order of the differences, and five times the whole change, or the correction, where they shrink more slowly or
+    not at all.
     """
     coarse, middle, fine = eigenvalue[:, -3], eigenvalue[:, -2], eigenvalue[:, -1]
     ratio = (middle - coarse) / (fine - middle)
@@ -325,7 +327,7 @@ def _extrapolate(eigenvalue: Array) -> tuple[Array, Array]:
 
 
 def verdict(dataset: xr.Dataset) -> str:
-    """ "stable", "unstable" or "undecided": the signs of the constrained second variation beyond its error bars."""
+    """One of "stable", "unstable" and "undecided": the constrained second variation, beyond its error bars."""
     constrained = dataset.sel(constraint="constrained")
     value, uncertainty = constrained["value"].values, constrained["uncertainty"].values
     if (value < -uncertainty).any():

@@ -13,12 +13,12 @@ period = wave.period(equation)
 simulation = Simulation(
     title="A smooth periodic wave, n = 3/2",
     equation=equation,
-    grid=Grid(length=2 * period, size=128),
+    grid=Grid(length=2 * period, size=64),
     scheme=CompactScheme(second_difference="five_point", viscosity=0),
     initial=[wave],
     t_end=4 * period,
     frames=201,
-    integrator=IDA(rtol=1e-8),
+    integrator=IDA(rtol=1e-10),
 )
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from mol_compactons import (
     Uniform,
     run,
 )
-from mol_compactons.displacements import displacements
+from mol_compactons.nesterenko import displacements
 from tests.systems import analytic_jacobian, difference_jacobian, random_state
 
 

@@ -61,11 +61,26 @@ def test_the_width_is_that_of_the_paper() -> None:
     assert ScalingMap(n=1.5).width() == pytest.approx(np.pi * np.sqrt(2.5), rel=1e-14)
 
 
-def test_the_exponent_of_the_paper_does_not_balance() -> None:
-    """With S = a^r W the nonlinear term is a^(n r - 4) and the others a^r: r = 4/(n-1), which is 5 for n = 9/5 only."""
-    scaling = ScalingMap(n=1.8, grain_distance=0.5)
-    assert scaling.stress_factor == pytest.approx(0.5**5)
-    assert ScalingMap(n=3, grain_distance=0.5).stress_factor == pytest.approx(0.5**2)
+@pytest.mark.parametrize("n", [1.5, 2, 3])
+def test_the_exponent_of_the_paper_does_not_balance(n: float) -> None:
+    """With S = a^r W the mapped compacton solves the pre-stressed equation for r = 4/(n-1), not for r = 5.
+
+    F[S] = V^2 S at the crest, with the V that its own c gives; r = 5 puts another amplitude in.
+    """
+    scaling = ScalingMap(n, grain_distance=0.5)
+    equation = Nesterenko(n, grain_distance=0.5, prestress=1)
+    mapped = GranularCompacton(n).compacton(1)
+    squared_speed = scaling.sound_speed**2 * (1 + scaling.grain_distance**2)
+    curvature = -((mapped.wavenumber * scaling.length_factor / scaling.grain_distance) ** 2)
+
+    def imbalance(exponent: float) -> float:
+        stress = scaling.grain_distance**exponent * mapped.amplitude
+        second = curvature * mapped.exponent * (n + 1) / 2 * stress ** ((n + 1) / 2)
+        contact = equation.stiffness * (stress**n + equation.dispersion * stress ** ((n - 1) / 2) * second)
+        return float(abs(contact + scaling.sound_speed**2 * stress - squared_speed * stress) / (squared_speed * stress))
+
+    assert imbalance(4 / (n - 1)) < 1e-12
+    assert imbalance(5) > 0.01
 
 
 @pytest.mark.parametrize("name", ["strength", "grain_distance", "prestress"])

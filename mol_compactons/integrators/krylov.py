@@ -1,6 +1,4 @@
-"""What a Krylov solver needs for a system whose Jacobian is not banded: its product with a vector, and a banded stand-in
-for it.
-"""
+"""What a Krylov solver needs where the Jacobian is not banded: products with it, and a banded stand-in for it."""
 
 from __future__ import annotations
 
@@ -23,7 +21,8 @@ class KrylovLinearization:
 
         if system.jacobian_vector is None or system.companion is None:
             raise InputError(
-                "integrator.linear_solver = 'krylov' is for schemes without a banded Jacobian, such as FourierScheme; choose 'band'."
+                "integrator.linear_solver = 'krylov' is for schemes without a banded Jacobian, such as FourierScheme; choose "
+                "'band'."
             )
         self._lapack: Any = lapack
         self._system = system

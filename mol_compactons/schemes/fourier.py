@@ -30,9 +30,9 @@ class FourierScheme:
         W' = -n/(n+1) [D (a W) + a D W] - (n+1)/4 D [D (a D W) + a D D W] - viscosity
 
     Both brackets are skew-symmetric, so that the momentum is conserved to round-off with or without de-aliasing; the mass is
-    conserved up to aliasing. On smooth waves the error falls exponentially, at the edge of a compacton algebraically. The Jacobian is dense:
-    CVODE with linear_solver="krylov" takes its product with a vector, and the banded LU of the conservative scheme of
-    sixth order as a preconditioner.
+    conserved up to aliasing. On smooth waves the error falls exponentially, at the edge of a compacton algebraically. The
+    Jacobian is dense: CVODE with linear_solver="krylov" takes its product with a vector, and the banded LU of the
+    conservative scheme of sixth order as a preconditioner.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ class FourierScheme:
 
     Notes
     -----
-    The split of the convective part is the classical one of skew-symmetric schemes (Tadmor, SIAM J. Numer. Anal. 21 (1984) 742,
-    doi:10.1137/0721049); that of the dispersive part is our own.
+    The split of the convective part is the classical one of skew-symmetric schemes (Tadmor, SIAM J. Numer. Anal. 21 (1984)
+    742, doi:10.1137/0721049); that of the dispersive part is our own.
     """
 
     dealias: bool = True
