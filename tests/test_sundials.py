@@ -12,7 +12,7 @@ from mol_compactons import CVODE, IDA, Compacton, InputError, IntegrationError, 
 from mol_compactons.chain import GranularChain, NearestNeighbours
 from mol_compactons.configuration import assign
 from mol_compactons.grid import Lattice
-from mol_compactons.integrators import sundials
+from mol_compactons.integrators import flags, sundials
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array, one_compacton
 
@@ -81,7 +81,7 @@ def test_every_flag_has_a_sentence(name: Literal["IDA", "CVODE"]) -> None:
         assert sentence.startswith(f"{name} gave up at t = 0: ")
         assert sentence.endswith(".")
         assert "; " in sentence
-    assert set(range(-8, 0)) <= set(sundials.CURES[name])
+    assert set(range(-8, 0)) <= set(flags.CURES[name])
 
 
 def test_a_sparse_run_that_ends_before_it_began_does_not_crash() -> None:
