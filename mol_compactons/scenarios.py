@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import runpy
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,9 @@ from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
     import xarray as xr
+
+OPENING_ATTEMPTS = 15
+"""How often a result is tried that cannot be opened at once."""
 
 
 def folder() -> Path:
@@ -62,7 +66,7 @@ def load(target: str) -> Simulation:
 
 
 def open_result(path: Path) -> xr.Dataset:
-    """A result file, opened lazily.
+    """A result file, opened lazily; tried again for a while, since a run may be in the middle of writing it.
 
     Raises
     ------
@@ -72,12 +76,21 @@ def open_result(path: Path) -> xr.Dataset:
     import xarray
 
     require(path.is_file(), f"There is no file {path}.")
-    try:
-        dataset = xarray.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
+    for attempt in range(OPENING_ATTEMPTS):
+        try:
+            dataset = xarray.open_dataset(path, engine="netcdf4")
+            break
+        except (OSError, ValueError) as error:
+            if attempt == OPENING_ATTEMPTS - 1 or not _is_hdf5(path):
+                raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
+        time.sleep(0.2)
     require("simulation" in dataset.attrs, f"{path} is not a result of mol_compactons: it has no attribute 'simulation'.")
     return dataset
+
+
+def _is_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(4) == b"\x89HDF"
 
 
 def from_result(path: Path) -> Simulation:

@@ -48,7 +48,8 @@ class Simulation:
     ----------
     equation, grid, scheme
         A continuous equation on a Grid with its discretisation, or a chain on its Lattice with the differences that belong
-        to it; which of them go together is for ``scheme.discretize`` to say.
+        to it; which of them go together is for ``scheme.discretize`` to say. By default the scheme is the one that is best for
+        the granular compacton equation, ``ConservativeScheme(order=4, grid_viscosity=0.1)``; see docs/schemes.md.
     initial : list of waves
         Their sum is the state at t = 0. The supports of compactons must not overlap.
     t_end : float
@@ -70,7 +71,6 @@ class Simulation:
     >>> simulation = Simulation(
     ...     equation=GranularCompacton(n=3),
     ...     grid=Grid(length=30, size=120),
-    ...     scheme=CompactScheme(viscosity=1e-3),
     ...     initial=[Compacton(speed=1, center=5.5)],
     ...     t_end=1,
     ...     frames=3,
@@ -84,7 +84,7 @@ class Simulation:
     grid: Grid | Lattice
     initial: Sequence[Wave]
     t_end: float
-    scheme: Scheme = field(default_factory=CompactScheme)
+    scheme: Scheme = field(default_factory=lambda: ConservativeScheme(order=4, grid_viscosity=0.1))
     frames: int = 101
     integrator: Integrator = field(default_factory=IDA)
     title: str = ""

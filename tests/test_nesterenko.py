@@ -111,7 +111,12 @@ def test_displacements_solve_the_equation_in_displacements() -> None:
 
 def test_displacements_need_a_two_way_result() -> None:
     simulation = Simulation(
-        equation=RosenauHyman(2, 2), grid=Grid(length=20, size=60), initial=[Compacton(1, 10)], t_end=0.1, frames=2
+        equation=RosenauHyman(2, 2),
+        grid=Grid(length=20, size=60),
+        scheme=CompactScheme(),
+        initial=[Compacton(1, 10)],
+        t_end=0.1,
+        frames=2,
     )
     with pytest.raises(InputError, match="need a result with S and v"):
         displacements(run(simulation))
@@ -166,7 +171,11 @@ def test_bad_input_is_named(make: object, words: str) -> None:
 def test_negative_stress_is_refused_where_it_has_no_force() -> None:
     def simulation(n: float) -> Simulation:
         return Simulation(
-            equation=Nesterenko(n), grid=Grid(length=20, size=60), initial=[Compacton(1, 10, sign=-1)], t_end=0.1
+            equation=Nesterenko(n),
+            grid=Grid(length=20, size=60),
+            scheme=CompactScheme(),
+            initial=[Compacton(1, 10, sign=-1)],
+            t_end=0.1,
         )
 
     with pytest.raises(InputError, match=r"goes down to -1.\d+, but Nesterenko's equation with n = 1.5 needs S >= 0"):
