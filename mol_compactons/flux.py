@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +84,11 @@ class PowerLaw:
         _power_law(u, self.coefficient, self.exponent, self.odd, add, out)
 
     def derivative(self) -> PowerLaw:
-        """The derivative with respect to u."""
+        """The derivative with respect to u; one and the same object each time, since Jacobians ask for it."""
+        return self._derivative
+
+    @cached_property
+    def _derivative(self) -> PowerLaw:
         return PowerLaw(self.coefficient * self.exponent, self.exponent - 1 if self.exponent else 0.0, not self.odd)
 
     def antiderivative(self) -> PowerLaw:

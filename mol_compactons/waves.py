@@ -71,12 +71,6 @@ class Compacton:
         shape = equation.compacton(self.speed, self.sign)
         return equation.travelling_state(shape, grid.offset(self.center + self.speed * t), self.speed)
 
-    def support(self, equation: CompactonEquation, t: float = 0.0) -> tuple[float, float]:
-        """The two edges of the wave at time t, on the unbounded line."""
-        half = equation.compacton(self.speed, self.sign).width / 2
-        center = self.center + self.speed * t
-        return center - half, center + half
-
 
 @dataclass(frozen=True)
 class Samples:
