@@ -50,9 +50,6 @@ Sanz-Serna (1995), doi:10.1006/jcph.1995.1161."""
 COMPACT_FIRST = Stencil((-1 / 24, -10 / 24, 0.0, 10 / 24, 1 / 24), derivative=1, order=6)
 """The first difference that belongs to `COMPACT_MASS`."""
 
-FOURTH_DIFFERENCE = Stencil((1.0, -4.0, 6.0, -4.0, 1.0), derivative=4, order=2)
-"""The fourth difference of the artificial viscosity."""
-
 SECOND_WIDE = Stencil((1 / 4, 0.0, -1 / 2, 0.0, 1 / 4), derivative=2, order=2)
 """The paper's second difference over (2h)^2, with the denominator 4 h^2 that the paper misprints as h^2."""
 

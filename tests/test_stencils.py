@@ -23,7 +23,6 @@ def test_convolve_is_the_circulant_matrix(seed: int, size: int) -> None:
         (stencils.SECOND_WIDE, 2, 2),
         (stencils.SECOND_NEAREST, 2, 2),
         (stencils.SECOND_FIVE_POINT, 2, 4),
-        (stencils.FOURTH_DIFFERENCE, 4, 2),
     ],
 )
 def test_symbols_approach_the_derivative_at_the_stated_order(stencil: Stencil, derivative: int, order: int) -> None:

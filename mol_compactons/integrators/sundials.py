@@ -22,7 +22,7 @@ from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.flags import CURES, SETTINGS
-from mol_compactons.integrators.krylov import KrylovLinearization
+from mol_compactons.integrators.newton import KRYLOV_DIMENSION, KrylovCallbacks
 from mol_compactons.integrators.progress import Counters, Report, no_report
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -32,9 +32,6 @@ REPORT_INTERVAL = 0.2
 """Seconds between two reports of progress within an output interval."""
 
 HIGHEST_ORDER = {"BDF": 5, "Adams": 12}
-
-KRYLOV_DIMENSION = 30
-"""The largest number of Krylov vectors."""
 
 ORDERS_BY_DAMPING = ((0.3, 5), (0.0, 2))
 """The largest BDF order by the least ratio of the damping of f at the grid scale to the largest row sum of |df/dy|, both at
@@ -142,7 +139,7 @@ class CVODE(_BackwardDifferences):
     def check_system(self, system: SemiDiscretization) -> None:
         """Refuse a system with a mass matrix, or one that does not suit the linear solver."""
         if self.linear_solver == "krylov":
-            KrylovLinearization(system)
+            KrylovCallbacks(system)
         else:
             insist_on_a_banded_jacobian(system, f"CVODE with linear_solver = {self.linear_solver!r}")
         require(
@@ -258,7 +255,7 @@ class SundialsIntegration:
     def _krylov_options(self) -> dict[str, Any]:
         from sksundae.cvode import CVODEJacTimes, CVODEPrecond
 
-        linear = KrylovLinearization(self._system)
+        linear = KrylovCallbacks(self._system)
         return {
             "linsolver": "gmres",
             "krylov_dim": KRYLOV_DIMENSION,

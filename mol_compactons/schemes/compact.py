@@ -16,6 +16,7 @@ from mol_compactons.equations import SecondDifference
 from mol_compactons.errors import InputError, require
 from mol_compactons.flux import Flux
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.schemes.viscosity import Damping, check_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 
@@ -53,9 +54,9 @@ class CompactScheme:
 
         M W' + D1 [a(W) + b(W) S g(W)] + eps D4 W = 0
 
-    with M = (1, 26, 66, 26, 1) / 120, D1 = (-1, -10, 0, 10, 1) / (24 h), D4 = (1, -4, 6, -4, 1) / h^4 and S one of three
-    second differences. Without viscosity it conserves the mass and, where the flux is variational, a discrete energy.
-    A two-way equation has M u' + D1 v + eps D4 u = 0 and M v' + D1 F + eps D4 v = 0.
+    with M = (1, 26, 66, 26, 1) / 120, D1 = (-1, -10, 0, 10, 1) / (24 h), D4 = (1, -4, 6, -4, 1) / h^4 (or -D6, the sixth
+    difference) and S one of three second differences. Without viscosity it conserves the mass and, where the flux is
+    variational, a discrete energy. A two-way equation has M u' + D1 v + eps D4 u = 0 and M v' + D1 F + eps D4 v = 0.
 
     Parameters
     ----------
@@ -64,7 +65,11 @@ class CompactScheme:
         (-1, 16, -30, 16, -1) / (12 h^2), which makes the whole scheme fourth order. Without viscosity only "wide"
         survives the edge of a compacton.
     viscosity : float
-        The coefficient eps >= 0 of the fourth derivative, nondimensional. The paper takes 1e-3.
+        The coefficient eps >= 0 of the damping -eps (-1)^(p/2) D^p W, nondimensional. The paper takes 1e-3.
+    grid_viscosity : float
+        The same in grid units: nu >= 0 adds nu h^(p-1) to the viscosity, so that it vanishes with the grid.
+    viscosity_order : {4, 6}
+        The order p of the derivative that damps; the paper takes 4.
 
     Raises
     ------
@@ -80,13 +85,12 @@ class CompactScheme:
 
     second_difference: Literal["wide", "nearest", "five_point"] = "wide"
     viscosity: float = 1e-3
+    grid_viscosity: float = 0.0
+    viscosity_order: Literal[4, 6] = 4
 
     def __post_init__(self) -> None:
         check(self)
-        require(
-            self.viscosity >= 0,
-            f"scheme.viscosity = {self.viscosity:g} must not be negative; 0 is none, the paper has 1e-3.",
-        )
+        check_viscosity(self)
 
     def discretize(self, equation: FluxEquation | GranularChain, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of an equation on a grid.
@@ -108,7 +112,8 @@ class CompactScheme:
             f"grid.size = {grid.size} is too small: the compact scheme couples {2 * reach + 1} neighbours; choose at "
             f"least {2 * reach + 1} points.",
         )
-        kernel = _CompactKernel(equation, grid.size, grid.spacing, second_stencil, self.viscosity)
+        damping = Damping(self, grid.spacing)
+        kernel = _CompactKernel(equation, grid.size, grid.spacing, second_stencil, damping)
         return SemiDiscretization(
             size=grid.size,
             components=len(equation.variables),
@@ -117,19 +122,19 @@ class CompactScheme:
             jacobian=kernel.jacobian,
             invariants=lambda state: equation.invariants(state, grid.spacing, kernel.second_difference),
             mass=np.array(stencils.COMPACT_MASS.coefficients),
-            damping=16 * self.viscosity / grid.spacing**4,
+            damping=damping.fastest,
         )
 
 
 class _CompactKernel:
     """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
 
-    def __init__(self, equation: FluxEquation, size: int, spacing: float, second: stencils.Stencil, viscosity: float) -> None:
+    def __init__(self, equation: FluxEquation, size: int, spacing: float, second: stencils.Stencil, damping: Damping) -> None:
         self._flux = equation.flux
         self._two_way = equation.two_way
         self._first = stencils.COMPACT_FIRST.scaled(spacing)
         self._second = second.scaled(spacing)
-        self._damping = viscosity * stencils.FOURTH_DIFFERENCE.scaled(spacing)
+        self._damping = damping
         self._b, self._g, self._f, self._difference = np.empty((4, size))
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
@@ -142,11 +147,9 @@ class _CompactKernel:
         convolve(self._first, self._f, out[-1])
         if self._two_way:
             convolve(self._first, state[1], out[0])
+        np.negative(out, out=out)
         for u, rate in zip(state, out, strict=True):
-            if self._damping[2]:
-                convolve(self._damping, u, self._difference)
-                rate += self._difference
-            np.negative(rate, out=rate)
+            self._damping.add(u, rate)
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of u where b has a singular slope."""
@@ -165,7 +168,7 @@ class _CompactKernel:
         if self._two_way:
             out[0, 1, near] -= self._first[:, None]
         for component in range(out.shape[0]):
-            out[component, component, near] -= self._damping[:, None]
+            self._damping.add_to_diagonals(out[component, component])
 
     def second_difference(self, values: Array) -> Array:
         """S applied to values on the grid, shape (size,)."""

@@ -15,6 +15,7 @@ from mol_compactons.equations import GranularCompacton
 from mol_compactons.errors import InputError, require
 from mol_compactons.flux import DERIVATIVE_FLOOR, PowerLaw
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.schemes.viscosity import Damping, check_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 
@@ -51,9 +52,11 @@ class ConservativeScheme:
     order : {2, 4, 6}
         The formal order in space; the half-bandwidth of the Jacobian is the same.
     viscosity : float
-        The coefficient eps >= 0 of the fourth derivative, nondimensional.
+        The coefficient eps >= 0 of the damping -eps (-1)^(p/2) D^p W, nondimensional.
     grid_viscosity : float
-        The same in grid units: nu >= 0 adds nu h^3 to the viscosity, so that it vanishes with the grid.
+        The same in grid units: nu >= 0 adds nu h^(p-1) to the viscosity, so that it vanishes with the grid.
+    viscosity_order : {4, 6}
+        The order p of the derivative that damps; 6 acts closer to the scale of the grid.
 
     Raises
     ------
@@ -69,12 +72,11 @@ class ConservativeScheme:
     order: Literal[2, 4, 6] = 4
     viscosity: float = 0.0
     grid_viscosity: float = 0.0
+    viscosity_order: Literal[4, 6] = 4
 
     def __post_init__(self) -> None:
         check(self)
-        for name in ("viscosity", "grid_viscosity"):
-            value = getattr(self, name)
-            require(value >= 0, f"scheme.{name} = {value:g} must not be negative; 0 is none.")
+        check_viscosity(self)
 
     def discretize(self, equation: Any, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of the granular compacton equation on a grid."""
@@ -83,14 +85,14 @@ class ConservativeScheme:
                 f"ConservativeScheme is for GranularCompacton on a Grid, not for {type(equation).__name__} on a "
                 f"{type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
             )
-        reach = self.order
+        damping = Damping(self, grid.spacing)
+        reach = max(self.order, damping.reach)
         require(
             grid.size >= 2 * reach + 1,
             f"grid.size = {grid.size} is too small: the conservative scheme of order {self.order} couples {2 * reach + 1} "
             f"neighbours; choose at least {2 * reach + 1} points.",
         )
-        viscosity = self.viscosity + self.grid_viscosity * grid.spacing**3
-        kernel = _ConservativeKernel(equation.n, grid.size, grid.spacing, WEIGHTS[self.order], viscosity)
+        kernel = _ConservativeKernel(equation.n, grid.size, grid.spacing, WEIGHTS[self.order], damping)
         return SemiDiscretization(
             size=grid.size,
             components=1,
@@ -98,25 +100,24 @@ class ConservativeScheme:
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
             invariants=lambda state: equation.invariants(state, grid.spacing, kernel.second_difference),
-            damping=16 * viscosity / grid.spacing**4,
+            damping=damping.fastest,
         )
 
 
 class _ConservativeKernel:
     """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
 
-    def __init__(self, n: float, size: int, spacing: float, weights: tuple[float, ...], viscosity: float) -> None:
+    def __init__(self, n: float, size: int, spacing: float, weights: tuple[float, ...], damping: Damping) -> None:
         self._n = n
         self._size, self._spacing = size, spacing
         self._weights = np.array(weights)
         self._law = PowerLaw(1, n - 1)
-        self._damping = viscosity * stencils.FOURTH_DIFFERENCE.scaled(spacing)
+        self._damping = damping
         second = stencils.SECOND_NEAREST if len(weights) == 1 else stencils.SECOND_FIVE_POINT
         self._second = second.scaled(spacing)
         self._margin = 2 * len(weights)
         self._w, self._a, self._slope = np.empty((3, size + 2 * self._margin))
         self._flux = np.empty(size + len(weights))
-        self._damped = np.empty(size)
 
     def _extend(self, u: Array) -> None:
         """Copy u with a periodic margin on both sides, and |u|^(n-1) beside it."""
@@ -126,14 +127,12 @@ class _ConservativeKernel:
         self._law.evaluate(self._w, self._a)
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
-        """Write -sum_s w_s N_s(W) - eps D4 W."""
+        """Write -sum_s w_s N_s(W) and the damping."""
         self._extend(state[0])
         out[0] = 0
         for index, weight in enumerate(self._weights):
             _subtract_divergence(self._w, self._a, self._margin, index + 1, weight, self._n, self._spacing, self._flux, out[0])
-        if self._damping[2]:
-            convolve(self._damping, state[0], self._damped)
-            out[0] -= self._damped
+        self._damping.add(state[0], out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of W where n < 2."""
@@ -144,8 +143,7 @@ class _ConservativeKernel:
             _subtract_divergence_jacobian(
                 self._w, self._a, self._slope, self._margin, index + 1, weight, self._n, self._spacing, out[0, 0]
             )
-        reach = (out.shape[2] - 1) // 2
-        out[0, 0, reach - 2 : reach + 3] -= self._damping[:, None]
+        self._damping.add_to_diagonals(out[0, 0])
 
     def second_difference(self, values: Array) -> Array:
         """The second difference with which the energy is reported, shape (size,)."""

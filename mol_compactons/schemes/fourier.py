@@ -15,6 +15,7 @@ from mol_compactons.errors import InputError, require
 from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.schemes.conservative import ConservativeScheme
+from mol_compactons.schemes.viscosity import check_viscosity, coefficient
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -39,7 +40,9 @@ class FourierScheme:
     dealias : bool
         Whether the upper third of the wavenumbers is removed from W and from W'.
     viscosity : float
-        The coefficient eps >= 0 of -eps (-1)^(p/2) D^p W.
+        The coefficient eps >= 0 of the damping -eps (-1)^(p/2) D^p W, nondimensional.
+    grid_viscosity : float
+        The same in grid units: nu >= 0 adds nu h^(p-1) to the viscosity, so that it vanishes with the grid.
     viscosity_order : int
         The even order p >= 2.
 
@@ -56,11 +59,12 @@ class FourierScheme:
 
     dealias: bool = True
     viscosity: float = 0.0
+    grid_viscosity: float = 0.0
     viscosity_order: int = 4
 
     def __post_init__(self) -> None:
         check(self)
-        require(self.viscosity >= 0, f"scheme.viscosity = {self.viscosity:g} must not be negative; 0 is none.")
+        check_viscosity(self)
         require(
             2 <= self.viscosity_order <= 16 and self.viscosity_order % 2 == 0,
             f"scheme.viscosity_order = {self.viscosity_order} must be an even number from 2 to 16.",
@@ -74,7 +78,10 @@ class FourierScheme:
                 f"{type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
             )
         kernel = _FourierKernel(equation.n, grid, self)
-        companion = ConservativeScheme(order=6).discretize(equation, grid)
+        companion = ConservativeScheme(
+            order=6,
+            viscosity=coefficient(self, grid.spacing) if self.viscosity_order == 4 else 0,
+        ).discretize(equation, grid)
         return SemiDiscretization(
             size=grid.size,
             components=1,
@@ -101,7 +108,7 @@ class _FourierKernel:
         self._first = 1j * wavenumbers
         if grid.size % 2 == 0:
             self._first[-1] = 0
-        self.decay = scheme.viscosity * wavenumbers**scheme.viscosity_order
+        self.decay = coefficient(scheme, grid.spacing) * wavenumbers**scheme.viscosity_order
 
     def _values(self, spectrum: Spectrum) -> Array:
         return np.asarray(irfft(spectrum, n=self._size))
