@@ -34,6 +34,22 @@ LONG_NAMES = {
     "mass": "mass, the integral of the first component",
     "momentum": "momentum, the integral of the velocity or, for a one-way equation, Q, half that of the squared amplitude",
     "energy": "energy, the Hamiltonian with the second difference of the scheme",
+    "wave": "number of the wave",
+    "position": "position of the crest, not wrapped",
+    "height": "height of the crest, negative for a dark wave",
+    "speed": "speed of the crest",
+    "width": "width at half the height",
+    "isolated": "whether the support of the wave is clear of all others",
+    "mass_left": "integral of the field outside the waves",
+    "momentum_left": "half the integral of the squared field outside the waves",
+    "height_left": "largest size of the field outside the waves",
+    "moment": "time of the first collision",
+    "phase_shift": "how far the wave is ahead of its free flight after the first collision",
+    "speed_before": "speed before the first collision",
+    "speed_after": "speed after the first collision",
+    "height_before": "height before the first collision",
+    "height_after": "height after the first collision",
+    "scatter": "largest distance of a position from the straight line of free flight",
 }
 """Every name in a result; all are nondimensional, with units "1"."""
 

@@ -77,7 +77,7 @@ class Grid:
 
     def offset(self, center: float) -> NDArray[np.float64]:
         """Signed distance x - center on the periodic line, in [-length / 2, length / 2), shape (size,)."""
-        return _ring_distance(self.x, center, self.length)
+        return ring_distance(self.x, center, self.length)
 
 
 @dataclass(frozen=True)
@@ -116,8 +116,9 @@ class Lattice:
 
     def offset(self, center: float) -> NDArray[np.float64]:
         """Signed distance k - center on the ring, in [-size / 2, size / 2), shape (size,)."""
-        return _ring_distance(self.coordinates, center, self.length)
+        return ring_distance(self.coordinates, center, self.length)
 
 
-def _ring_distance(points: NDArray[np.float64], center: float, length: float) -> NDArray[np.float64]:
+def ring_distance(points: NDArray[np.float64], center: float | NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """Signed distances points - center on a ring, in [-length / 2, length / 2)."""
     return np.asarray((points - center + length / 2) % length - length / 2)
