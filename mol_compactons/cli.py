@@ -1,4 +1,4 @@
-"""The command line: mol-compactons run | info | plot | stability | scenarios."""
+"""The command line: mol-compactons run | info | plot | converge | stability | scenarios."""
 
 from __future__ import annotations
 
@@ -15,8 +15,20 @@ from mol_compactons.errors import InputError, IntegrationError
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from mol_compactons.integrators.progress import Report
+
+
+FAMILY_OPTIONS = {
+    "sizes": "numbers of grid points: 300,600,1200",
+    "schemes": "schemes: 'ConservativeScheme(order=4),FourierScheme'",
+    "viscosities": "viscosities kept fixed while the grid is refined: 1e-3,5e-4",
+    "grid_viscosities": "viscosities in grid units: 0.1,0.03",
+    "tolerances": "relative tolerances, or steps of Midpoint: 1e-5,1e-6",
+    "accuracy": "what may be called converged: 0.01",
+}
+"""The fields of a `Family` that are options of converge, and an example of each."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -53,6 +65,18 @@ def parser() -> Parser:
     plot.add_argument("-o", "--output", metavar="FILE.png", help="where to write (default: the result's name)")
     plot.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     plot.set_defaults(handle=_plot)
+
+    converge = commands.add_parser("converge", help="run a family of a scenario, and say what of its result is converged")
+    converge.add_argument("scenario", metavar="SCENARIO.py|RESULT.nc", help="a script, the name of a scenario, or a result")
+    converge.add_argument("-o", "--output", metavar="STUDY.nc|STUDY.png", help="store the study (default), or draw it")
+    for name, example in FAMILY_OPTIONS.items():
+        converge.add_argument(f"--{name.replace('_', '-')}", metavar="LIST", help=example)
+    converge.add_argument(
+        "--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help="change a field of the scenario"
+    )
+    converge.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    converge.add_argument("--quiet", action="store_true", help="no line for each member")
+    converge.set_defaults(handle=_converge)
 
     stability = commands.add_parser("stability", help="report on the stability of a compacton")
     stability.add_argument(
@@ -123,6 +147,9 @@ def _info(options: argparse.Namespace) -> None:
     from mol_compactons.simulation import Simulation
 
     with open_result(Path(options.result)) as dataset:
+        if "family" in dataset.attrs:
+            _print_study(Path(options.result))
+            return
         print(dataset.attrs["title"], contents(dataset), kept(dataset), cost(dataset), sep="\n")
         simulation = Simulation.from_json(str(dataset.attrs["simulation"]))
         for field in ("equation", "grid", "scheme", "integrator"):
@@ -133,21 +160,63 @@ def _info(options: argparse.Namespace) -> None:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    from mol_compactons.plots import overview
-    from mol_compactons.scenarios import open_result
+    from mol_compactons.plots import convergence_overview, overview
+    from mol_compactons.scenarios import open_result, open_study
     from mol_compactons.store import check_target
 
     path = Path(options.output or Path(options.result).with_suffix(".png"))
     with open_result(Path(options.result)) as dataset:
+        if "family" in dataset.attrs:
+            check_target(path, options.overwrite)
+            with open_study(Path(options.result)) as tree:
+                _save(convergence_overview(tree), path)
+            return
         if dataset.sizes["t"] < 2:
             raise InputError(f"{options.result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
         check_target(path, options.overwrite)
-        figure = overview(dataset)
-        allowed = figure.canvas.get_supported_filetypes()
-        if path.suffix.lstrip(".").lower() not in allowed:
-            raise InputError(f"{path} has no picture format; end its name in {', '.join(sorted(allowed))}.")
-        figure.savefig(path, dpi=150)
+        _save(overview(dataset), path)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    allowed = figure.canvas.get_supported_filetypes()
+    if path.suffix.lstrip(".").lower() not in allowed:
+        raise InputError(f"{path} has no picture format; end its name in {', '.join(sorted(allowed))}.")
+    figure.savefig(path, dpi=150)
     print(f"wrote {path}")
+
+
+def _converge(options: argparse.Namespace) -> None:
+    from mol_compactons import scenarios
+    from mol_compactons.configuration import assign
+    from mol_compactons.convergence import converge, report
+    from mol_compactons.family import Family
+    from mol_compactons.plots import convergence_overview
+    from mol_compactons.store import check_target, write_tree
+
+    simulation = assign(scenarios.load(options.scenario), _assignments(options.changes))
+    asked = {name: getattr(options, name) for name in FAMILY_OPTIONS if getattr(options, name) is not None}
+    lists = {name: text if name == "accuracy" or text[:1] in "[(" else f"[{text}]" for name, text in asked.items()}
+    family = assign(Family(), lists)
+    path = Path(options.output or f"{Path(options.scenario).stem}_study.nc")
+    check_target(path, options.overwrite)
+    if path.suffix.lower() not in (".nc", ".png"):
+        raise InputError(f"{path} must end in .nc, to store the study, or .png, to draw it.")
+    tree = converge(simulation, family, (lambda line: None) if options.quiet else print)
+    print(*report(tree), sep="\n")
+    if path.suffix.lower() == ".nc":
+        write_tree(tree, path)
+        print(f"wrote {path}")
+    else:
+        _save(convergence_overview(tree), path)
+
+
+def _print_study(path: Path) -> None:
+    from mol_compactons.convergence import report
+    from mol_compactons.scenarios import open_study
+
+    with open_study(path) as tree:
+        members = tree["members"].children.values()
+        print(tree.attrs["title"], *(f"member: {member.attrs['label']}" for member in members), *report(tree), sep="\n")
 
 
 def _stability(options: argparse.Namespace) -> None:

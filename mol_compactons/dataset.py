@@ -50,6 +50,15 @@ LONG_NAMES = {
     "height_before": "height before the first collision",
     "height_after": "height after the first collision",
     "scatter": "largest distance of a position from the straight line of free flight",
+    "value": "value, extrapolated to the limit; of a profile its L2 norm",
+    "error": "error",
+    "space_error": "part of the error from the grid",
+    "time_error": "part of the error from the tolerance of the integrator",
+    "viscosity_error": "part of the error from the viscosity",
+    "scheme_error": "distance of the independent schemes",
+    "rate": "observed power of the grid spacing at which the error falls",
+    "scale": "what errors are relative to",
+    "spacing": "distance between neighbouring grid points",
 }
 """Every name in a result; all are nondimensional, with units "1"."""
 

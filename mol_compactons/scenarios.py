@@ -88,6 +88,21 @@ def open_result(path: Path) -> xr.Dataset:
     return dataset
 
 
+def open_study(path: Path) -> xr.DataTree:
+    """A study of `mol_compactons.convergence.converge` from its file, opened lazily.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, cannot be read, or is no study of this program.
+    """
+    import xarray
+
+    with open_result(path) as root:
+        require("family" in root.attrs, f"{path} is no convergence study; make one with mol-compactons converge.")
+    return xarray.open_datatree(path, engine="netcdf4")
+
+
 def _is_hdf5(path: Path) -> bool:
     with path.open("rb") as file:
         return file.read(4) == b"\x89HDF"

@@ -121,6 +121,18 @@ class NetCDFRecorder:
             raise InputError(f"{self._path} was replaced by another program while the run went on.") from None
 
 
+def write_tree(tree: xr.DataTree, path: Path) -> None:
+    """Write a tree into a NetCDF file, whole or not at all."""
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        tree.to_netcdf(part, engine="netcdf4")
+        part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path} cannot be written ({error.strerror or error}); choose another place.") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
 def check_target(path: Path, overwrite: bool) -> None:
     """Raise `InputError` unless a file can be written at `path`."""
     try:

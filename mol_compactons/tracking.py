@@ -108,8 +108,8 @@ def peaks(values: Array, grid: Grid | Lattice, sign: int, least: float) -> tuple
 def _summits(around: Array) -> tuple[Array, Array]:
     """Place and height of the top of the quartics through five points each, shape (peaks, 5), in units of the spacing."""
     coefficients = np.linalg.solve(np.vander(np.arange(-2.0, 3.0)), around.T)
-    slope = np.arange(4, 0, -1)[:, None] * coefficients[:-1]
-    curvature = np.arange(3, 0, -1)[:, None] * slope[:-1]
+    slope = np.arange(4.0, 0.0, -1.0)[:, None] * coefficients[:-1]
+    curvature = np.arange(3.0, 0.0, -1.0)[:, None] * slope[:-1]
     offsets = np.zeros(around.shape[0])
     for _ in range(6):
         bend = np.minimum(_polynomial(curvature, offsets), -1e-300)

@@ -108,6 +108,8 @@ class _FourierKernel:
         self._first = 1j * wavenumbers
         if grid.size % 2 == 0:
             self._first[-1] = 0
+        self._linearized_at = np.full(grid.size, np.nan)
+        self._linearization: tuple[Array, ...] = ()
         self.decay = coefficient(scheme, grid.spacing) * wavenumbers**scheme.viscosity_order
 
     def _values(self, spectrum: Spectrum) -> Array:
@@ -134,9 +136,14 @@ class _FourierKernel:
 
     def jacobian_vector(self, t: float, state: Array, vector: Array, out: Array) -> None:
         """Write the derivative of `rhs` along a vector."""
-        _, w, slope, second = self._slopes(state[0])
+        # A Krylov solver asks for many products at one state.
+        if not np.array_equal(state[0], self._linearized_at):
+            _, w, slope, second = self._slopes(state[0])
+            self._linearized_at = state[0].copy()
+            self._linearization = self._law(w), self._law.derivative()(w), slope, second
+        a, law_slope, slope, second = self._linearization
         spectrum, v, v_slope, v_second = self._slopes(vector[0])
-        a, change = self._law(w), self._law.derivative()(w) * v
+        change = law_slope * v
         out[0] = self._rate(spectrum, self._n * a * v, change * slope + a * v_slope, change * second + a * v_second)
 
     def second_difference(self, values: Array) -> Array:

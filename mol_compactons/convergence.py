@@ -1,0 +1,495 @@
+"""How much of a result is real: a family of runs, an error budget for each quantity, and a verdict.
+
+For each limit and each scheme the values on three grids or more give an observed rate and, by Richardson's extrapolation, a
+limit for h -> 0 with an uncertainty (Roache, Annu. Rev. Fluid Mech. 29 (1997) 123, doi:10.1146/annurev.fluid.29.1.123).
+Viscosities, tolerances and schemes give one more part of the budget each, and nothing is called converged unless each
+was varied, independent schemes agree, and the whole budget is below the accuracy asked for.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.configuration import encode
+from mol_compactons.dataset import attributes, conserved_names, describe, field_names
+from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.family import CONSERVATIVE, INVISCID, VISCOUS, Family, Member, Notice
+from mol_compactons.invariants import drift
+from mol_compactons.simulation import Simulation, run
+from mol_compactons.tracking import first_collision, track
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+CONVERGED, CONVERGING, NOT_CONVERGED = "converged", "converging", "not converged"
+
+SAFETY = 1.25
+"""Roache's factor of safety on an extrapolated error whose rate is regular."""
+
+WIDE_SAFETY = 3.0
+"""The factor on the largest difference where it is not."""
+
+REGULAR_RATES = (0.4, 8.0)
+"""Observed rates between these are taken for the rate of an expansion in h, and extrapolated with."""
+
+BUDGET = ("space", "time", "viscosity", "scheme")
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a member of a family came to.
+
+    Parameters
+    ----------
+    member : Member
+        The member.
+    result : xarray.Dataset
+        Its last frame along x, its conserved quantities and tracks along t.
+    values : dict of str to array
+        Each quantity: a number, or a profile on the points of the coarsest grid.
+    scales : dict of str to float
+        What an error of each is compared with.
+    """
+
+    member: Member
+    result: xr.Dataset
+    values: dict[str, Array]
+    scales: dict[str, float]
+
+
+def converge(simulation: Simulation, family: Family | None = None, notice: Notice = lambda line: None) -> xr.DataTree:
+    """Run a family of a simulation, and judge what of its result is converged.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        An equation on a Grid.
+    family : Family, optional
+        What to vary; by default what suits the simulation.
+    notice : callable, optional
+        Called with one line about each member that has run.
+
+    Returns
+    -------
+    xarray.DataTree
+        ``summary``: along limit and quantity the ``value``, its ``error``, the budget ``space``, ``time``, ``viscosity`` and
+        ``scheme``, the observed ``rate``, the ``scale`` that errors are relative to, ``verdict`` and ``reason``;
+        ``ladder``: the distance of each member from what its scheme and viscosity tend to for h -> 0, along limit, scheme,
+        viscosity, size and quantity; ``members``: a group for each member that ran to its end, with its last frame, tracks
+        and conserved quantities. The attribute ``failed`` names those that did not; they are counted nowhere.
+
+    Raises
+    ------
+    InputError
+        If the family has a single member, or the simulation no grid to refine.
+    """
+    import xarray as xr
+
+    family = (family or Family()).completed(simulation)
+    members = list(family.members(simulation))
+    require(
+        len(members) > 1,
+        "The family has a single member, from which nothing can be learnt; vary sizes, schemes, viscosities or tolerances.",
+    )
+    outcomes, failed = _run_all(members, family.sizes[0], notice)
+    limits = [limit for limit in (CONSERVATIVE, VISCOUS, INVISCID) if any(member.limit == limit for member in members)]
+    assessments = {limit: _assess(limit, family, [o for o in outcomes if o.member.limit == limit]) for limit in limits}
+    root = attributes(simulation) | {
+        "title": f"Convergence: {simulation.title}",
+        "family": json.dumps(encode(family)),
+        "failed": "\n".join(failed),
+        "status": "complete",
+    }
+    groups = {f"/members/{index:03d}": outcome.result for index, outcome in enumerate(outcomes)}
+    return xr.DataTree.from_dict(
+        {
+            "/": xr.Dataset(attrs=root),
+            "/summary": _summary(assessments),
+            "/ladder": _ladder(assessments, outcomes),
+            **groups,
+        }
+    )
+
+
+def _run_all(members: Sequence[Member], coarsest: int, notice: Notice) -> tuple[list[Outcome], list[str]]:
+    outcomes, failed = [], []
+    for index, member in enumerate(members):
+        started = time.monotonic()
+        try:
+            outcomes.append(_outcome(member, run(member.simulation), coarsest))
+            end = "done"
+        except (IntegrationError, InputError) as error:
+            failed.append(f"{member.label}: {error}")
+            end = f"failed: {error}"
+        notice(f"{index + 1}/{len(members)} {member.label}: {end} after {time.monotonic() - started:.1f} s")
+    return outcomes, failed
+
+
+def _outcome(member: Member, dataset: xr.Dataset, coarsest: int) -> Outcome:
+    import xarray as xr
+
+    name = field_names(dataset)[0]
+    last = dataset[name][-1].values
+    values: dict[str, Array] = {"profile": _on_grid(last, coarsest)}
+    scales = {"profile": float(np.linalg.norm(values["profile"]))}
+    for quantity, change in drift(dataset).data_vars.items():
+        values[f"{quantity} drift"], scales[f"{quantity} drift"] = np.array(float(change[-1])), 1.0
+    series = dataset[[*conserved_names(dataset)]]
+    result = xr.merge([series, dataset[name].isel(t=-1, drop=True).to_dataset(name=name)])
+    try:
+        tracks = track(dataset)
+        result = xr.merge([result, tracks], combine_attrs="drop")
+        _add_waves(values, scales, tracks, dataset[name])
+    except InputError:
+        pass
+    result.attrs = dataset.attrs | {"label": member.label}
+    return Outcome(member, result, values, scales)
+
+
+def _add_waves(values: dict[str, Array], scales: dict[str, float], tracks: xr.Dataset, field: xr.DataArray) -> None:
+    """Add what the tracks say about each wave, once it has settled, and about what it left behind."""
+    collision = first_collision(tracks)
+    spacing = float(field["x"][1] - field["x"][0])
+    first = field[0].values
+    for wave in range(tracks.sizes["wave"]):
+        one = collision.isel(wave=wave)
+        collided = not np.isnan(one.phase_shift)
+        when, label = ("after", f"{wave} after") if collided else ("before", f"{wave}")
+        width = float(tracks.width[0, wave])
+        quantities = {
+            f"height {label}": (one[f"height_{when}"], abs(float(tracks.height[0, wave]))),
+            f"speed {label}": (one[f"speed_{when}"], abs(float(one.speed_before))),
+            f"position {wave}": (tracks.position[-1, wave], width),
+        }
+        if collided:
+            quantities[f"phase shift {wave}"] = one.phase_shift, width
+        for name, (value, scale) in quantities.items():
+            values[name], scales[name] = np.array(float(value)), scale
+    totals = {"mass": np.abs(first).sum() * spacing, "momentum": 0.5 * spacing * first @ first, "height": np.abs(first).max()}
+    for name, total in totals.items():
+        after = collision[f"{name}_left"]
+        values[f"{name} left"] = np.array(float(tracks[f"{name}_left"][-1] if np.isnan(after) else after))
+        scales[f"{name} left"] = float(total)
+
+
+def _on_grid(profile: Array, size: int) -> Array:
+    """A periodic profile on a coarser grid with the same first point, by a cubic spline where the points do not coincide."""
+    if profile.size % size == 0:
+        return profile[:: profile.size // size]
+    from scipy.interpolate import CubicSpline
+
+    places = np.arange(profile.size + 1) / profile.size
+    return np.asarray(CubicSpline(places, np.append(profile, profile[0]), bc_type="periodic")(np.arange(size) / size))
+
+
+@dataclass(frozen=True, eq=False)
+class Extrapolation:
+    """The limit of a sequence of values as a parameter goes to zero.
+
+    Parameters
+    ----------
+    limit : array
+        The limit, extrapolated where the rate is regular, else the last value.
+    error : float
+        How far from it the truth may be.
+    rate : float
+        The observed power of the parameter, NaN where the differences do not shrink or there are fewer than three values.
+    shrinking : bool
+        Whether the differences shrink.
+    """
+
+    limit: Array
+    error: float
+    rate: float
+    shrinking: bool
+
+
+def extrapolate(parameters: Sequence[float], values: Sequence[Array], floor: float = 0.0) -> Extrapolation:
+    """The limit of a sequence of values as its parameter goes to zero, by Richardson's extrapolation of the last three.
+
+    Parameters
+    ----------
+    parameters : sequence of float
+        Descending and positive.
+    values : sequence of array
+        One value, or profile, for each.
+    floor : float
+        Differences up to this are noise of another origin, which need not shrink.
+
+    Returns
+    -------
+    Extrapolation
+        With a single value the error is infinite; with two it is `WIDE_SAFETY` times their distance.
+
+    Examples
+    --------
+    >>> second_order = [np.array(1 + h**2) for h in (0.4, 0.2, 0.1)]
+    >>> found = extrapolate([0.4, 0.2, 0.1], second_order)
+    >>> print(f"{found.limit:.6f} {found.rate:.6f}")
+    1.000000 2.000000
+    """
+    last = values[-1]
+    if len(values) < 2:
+        return Extrapolation(last, np.inf, np.nan, shrinking=False)
+    fine = _distance(values[-1], values[-2])
+    if len(values) < 3:
+        return Extrapolation(last, WIDE_SAFETY * fine, np.nan, shrinking=False)
+    coarse = _distance(values[-2], values[-3])
+    if max(coarse, fine) <= floor:
+        return Extrapolation(last, SAFETY * max(coarse, fine), np.nan, shrinking=True)
+    aligned = float(np.sum((values[-1] - values[-2]) * (values[-2] - values[-3]))) > 0
+    rate = _rate(parameters[-3:], coarse / fine) if fine else np.inf
+    if aligned and REGULAR_RATES[0] <= rate <= REGULAR_RATES[1]:
+        correction = (values[-1] - values[-2]) / ((parameters[-2] / parameters[-1]) ** rate - 1)
+        return Extrapolation(last + correction, SAFETY * float(np.linalg.norm(correction)), rate, shrinking=True)
+    shrinking = fine < 0.8 * coarse
+    return Extrapolation(last, WIDE_SAFETY * max(coarse, fine), rate if shrinking else np.nan, shrinking)
+
+
+def _distance(a: Array, b: Array) -> float:
+    return float(np.linalg.norm(a - b))
+
+
+def _rate(parameters: Sequence[float], ratio: float) -> float:
+    """The p for which (h1^p - h2^p) / (h2^p - h3^p) is a given ratio of differences; NaN if there is none."""
+    from scipy.optimize import brentq
+
+    first, second, third = parameters
+    lowest, highest = 0.01, 20.0
+
+    def mismatch(p: float) -> float:
+        return float(np.log(((first / second) ** p - 1) / (1 - (third / second) ** p)) - np.log(ratio))
+
+    if ratio <= 0 or mismatch(lowest) * mismatch(highest) > 0:
+        return np.nan
+    return float(brentq(mismatch, lowest, highest))
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What one scheme says about one quantity in one limit.
+
+    Irregularities are differences that do not shrink, gaps what was not varied; `limits` are those for h -> 0 by viscosity.
+    """
+
+    scheme: str
+    limits: dict[float, Array]
+    value: Array
+    budget: dict[str, float]
+    rate: float
+    irregularities: tuple[str, ...]
+    gaps: tuple[str, ...]
+
+    @property
+    def error(self) -> float:
+        """The sum of the budget."""
+        return sum(self.budget.values())
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """The judgement of one quantity in one limit; errors in its units; limits for h -> 0 by scheme and viscosity."""
+
+    limits: dict[tuple[str, float], Array]
+
+    value: Array
+    budget: dict[str, float]
+    rate: float
+    scale: float
+    verdict: str
+    reason: str
+
+
+def _assess(limit: str, family: Family, outcomes: Sequence[Outcome]) -> dict[str, Assessment]:
+    """The judgement of each quantity that any member has."""
+    quantities = dict.fromkeys(name for outcome in outcomes for name in outcome.values)
+    return {name: _judge(name, limit, family, outcomes) for name in quantities}
+
+
+def _judge(quantity: str, limit: str, family: Family, outcomes: Sequence[Outcome]) -> Assessment:
+    known = [outcome for outcome in outcomes if not np.isnan(outcome.values.get(quantity, np.array(np.nan))).any()]
+    schemes = dict.fromkeys(outcome.member.scheme for outcome in known)
+    evidence = [_gather(quantity, limit, [o for o in known if o.member.scheme == scheme]) for scheme in schemes]
+    if not evidence:
+        return _unknown("no member has a value")
+    best = min(evidence, key=lambda one: (len(one.gaps), one.error, one.scheme))
+    scale = max(outcome.scales[quantity] for outcome in known)
+    objections, gaps = [], list(best.gaps)
+    others = [one for one in evidence if one.scheme.split("(")[0] != best.scheme.split("(")[0]]
+    distances = [_distance(one.value, best.value) for one in others]
+    allowed = family.accuracy * scale
+    for one, distance in zip(others, distances, strict=True):
+        # A scheme without an error bar of its own cannot excuse a distance with it.
+        bars = best.error + (one.error if np.isfinite(one.error) else 0.0)
+        if distance > max(bars, allowed / 2):
+            objections.append(f"{one.scheme} differs by {distance / scale:.1e}, more than the error bars")
+    if not others:
+        gaps.append("no independent scheme has a value")
+    budget = best.budget | {"scheme": max(distances, default=0.0)}
+    error = sum(budget.values())
+    if error > allowed:
+        objections += best.irregularities
+        gaps.append(f"the error is {error / scale:.1e}, above the accuracy {family.accuracy:g}")
+    verdict = NOT_CONVERGED if objections else CONVERGING if gaps else CONVERGED
+    reason = "; ".join(objections + gaps) or f"by {best.scheme}"
+    limits = {(one.scheme, viscosity): value for one in evidence for viscosity, value in one.limits.items()}
+    return Assessment(limits, best.value, budget, best.rate, scale, verdict, reason)
+
+
+def _unknown(reason: str) -> Assessment:
+    return Assessment({}, np.array(np.nan), dict.fromkeys(BUDGET, np.nan), np.nan, 1.0, NOT_CONVERGED, reason)
+
+
+def _gather(quantity: str, limit: str, outcomes: Sequence[Outcome]) -> Evidence:
+    """Extrapolate the values of one scheme in h for each viscosity, and then in the viscosity."""
+    tightest = min(outcome.member.tolerance for outcome in outcomes)
+    viscosities = sorted({outcome.member.viscosity for outcome in outcomes}, reverse=True)
+    finest = max(outcome.member.size for outcome in outcomes)
+    at_finest = [o for o in outcomes if o.member.size == finest and o.member.viscosity == viscosities[-1]]
+    by_tolerance = {o.member.tolerance: o.values[quantity] for o in at_finest}
+    in_time = [_distance(value, by_tolerance[tightest]) for tolerance, value in by_tolerance.items() if tolerance > tightest]
+    gaps = [] if in_time else ["only one tolerance"]
+    time_error = min(in_time, default=0.0)
+    floor = 2 * time_error + 1e-12 * max(outcome.scales[quantity] for outcome in outcomes)
+    limits: dict[float, Extrapolation] = {}
+    ladder: list[Outcome] = []
+    for viscosity in viscosities:
+        ladder = sorted(
+            (o for o in outcomes if o.member.viscosity == viscosity and o.member.tolerance == tightest),
+            key=lambda outcome: outcome.member.size,
+        )
+        if ladder:
+            spacings = [outcome.member.simulation.grid.spacing for outcome in ladder]
+            limits[viscosity] = extrapolate(spacings, [outcome.values[quantity] for outcome in ladder], floor)
+    by_viscosity = list(limits.values())
+    space = by_viscosity[-1]
+    irregularities = []
+    if len(ladder) < 3:
+        gaps.append(f"only {len(ladder)} grid(s) ran to the end")
+    elif not space.shrinking:
+        irregularities.append("the differences between the grids do not shrink")
+    value, viscous = space.limit, 0.0
+    if limit != INVISCID:
+        if len(limits) < 2:
+            gaps.append("only one viscosity")
+        elif limit == CONSERVATIVE:
+            viscous = _distance(space.limit, by_viscosity[-2].limit)
+        else:
+            in_viscosity = _extrapolate_viscosity(list(limits), [one.limit for one in by_viscosity])
+            value, viscous = in_viscosity.limit, in_viscosity.error
+            if not in_viscosity.shrinking:
+                irregularities.append("the differences between the viscosities do not shrink")
+    budget = {"space": space.error, "time": time_error, "viscosity": viscous}
+    at_rest = {viscosity: one.limit for viscosity, one in limits.items()}
+    return Evidence(outcomes[0].member.scheme, at_rest, value, budget, space.rate, tuple(irregularities), tuple(gaps))
+
+
+def _extrapolate_viscosity(viscosities: Sequence[float], limits: Sequence[Array]) -> Extrapolation:
+    """The limit eps -> 0; of two values linearly, with the whole correction as error."""
+    if viscosities[-1] == 0:
+        return Extrapolation(limits[-1], 0.0, np.nan, shrinking=True)
+    if len(limits) > 2:
+        return extrapolate(viscosities, limits)
+    correction = (limits[-1] - limits[-2]) * viscosities[-1] / (viscosities[-2] - viscosities[-1])
+    return Extrapolation(limits[-1] + correction, float(np.linalg.norm(correction)), np.nan, shrinking=True)
+
+
+def _summary(assessments: dict[str, dict[str, Assessment]]) -> xr.Dataset:
+    import xarray as xr
+
+    quantities = list(dict.fromkeys(name for table in assessments.values() for name in table))
+    table = [[assessments[limit].get(name, _unknown("no member has a value")) for name in quantities] for limit in assessments]
+    along = ("limit", "quantity")
+
+    def column(name: str, entry: Any) -> tuple[tuple[str, str], Array, dict[str, str]]:
+        return along, np.array([[entry(cell) for cell in row] for row in table], dtype=float), describe(name)
+
+    return xr.Dataset(
+        {
+            "value": column("value", lambda cell: np.linalg.norm(cell.value) if cell.value.ndim else cell.value),
+            "error": column("error", lambda cell: sum(cell.budget.values())),
+            **{part: column(f"{part}_error", lambda cell, part=part: cell.budget[part]) for part in BUDGET},
+            "rate": column("rate", lambda cell: cell.rate),
+            "scale": column("scale", lambda cell: cell.scale),
+            "verdict": (along, [[cell.verdict for cell in row] for row in table]),
+            "reason": (along, [[cell.reason for cell in row] for row in table]),
+        },
+        {"limit": list(assessments), "quantity": quantities},
+    )
+
+
+def _ladder(assessments: dict[str, dict[str, Assessment]], outcomes: Sequence[Outcome]) -> xr.Dataset:
+    """The distance of each member with the tightest tolerance from its limit for h -> 0, relative to the scale."""
+    import xarray as xr
+
+    tightest = min((outcome.member.tolerance for outcome in outcomes), default=0.0)
+    rows = [outcome for outcome in outcomes if outcome.member.tolerance == tightest]
+    axes: dict[str, list[Any]] = {
+        "limit": list(assessments),
+        "scheme": list(dict.fromkeys(outcome.member.scheme for outcome in rows)),
+        "viscosity": sorted({outcome.member.viscosity for outcome in rows}),
+        "size": sorted({outcome.member.size for outcome in rows}),
+        "quantity": list(dict.fromkeys(name for table in assessments.values() for name in table)),
+    }
+    error = xr.DataArray(np.full([len(axis) for axis in axes.values()], np.nan), axes, list(axes), attrs=describe("error"))
+    for outcome in rows:
+        member = outcome.member
+        for name, assessment in assessments[member.limit].items():
+            limit = assessment.limits.get((member.scheme, member.viscosity))
+            if limit is not None and name in outcome.values:
+                place = (member.limit, member.scheme, member.viscosity, member.size, name)
+                error.loc[place] = _distance(outcome.values[name], limit) / assessment.scale
+    lengths = {outcome.member.size: outcome.member.simulation.grid.spacing for outcome in rows}
+    return xr.Dataset({"distance": error, "spacing": ("size", [lengths[size] for size in axes["size"]], describe("spacing"))})
+
+
+def report(tree: xr.DataTree) -> list[str]:
+    """What a study says, a line each: a table for each limit, where the limits differ, and the members that failed."""
+    summary = tree["summary"].to_dataset()
+    lines = []
+    titles = " + ".join(f"{part:>9}" for part in BUDGET)
+    for limit in summary["limit"].values:
+        table = summary.sel(limit=limit)
+        lines.append(f"{limit} limit: {verdict(summary, str(limit))}")
+        lines.append(f"  {'quantity':18} {'value':>12} {'error':>9} = {titles}   rate  verdict")
+        for name in table["quantity"].values:
+            row = table.sel(quantity=name)
+            parts = " + ".join(f"{float(row[part]):9.1e}" for part in BUDGET)
+            lines.append(
+                f"  {name:18} {float(row['value']):12.6g} {float(row['error']):9.1e} = {parts} {float(row['rate']):6.2f}  "
+                f"{row['verdict'].item()}: {row['reason'].item()}"
+            )
+    lines += _differences_of_limits(summary)
+    failed = str(tree.attrs["failed"])
+    return lines + [f"failed and not counted: {line}" for line in failed.splitlines()]
+
+
+def verdict(summary: xr.Dataset, limit: str) -> str:
+    """The worst verdict on any quantity in a limit."""
+    verdicts = set(summary["verdict"].sel(limit=limit).values.tolist())
+    return next(word for word in (NOT_CONVERGED, CONVERGING, CONVERGED) if word in verdicts)
+
+
+def _differences_of_limits(summary: xr.Dataset) -> list[str]:
+    if summary.sizes["limit"] < 2:
+        return []
+    lines = []
+    for name in summary["quantity"].values:
+        pair = summary.sel(quantity=name)
+        apart = abs(float(pair["value"][0] - pair["value"][1]))
+        bars = float(pair["error"].sum())
+        if apart > bars and name != "profile":
+            first, second = pair["limit"].values[:2]
+            lines.append(
+                f"{name}: the {first} and the {second} limit differ by {apart:.2g}, beyond their error bars ({bars:.1g})"
+            )
+    return lines
