@@ -117,13 +117,13 @@ def test_an_unresolved_family_is_not_called_converged() -> None:
 
 
 def test_the_viscous_compact_scheme_on_bright_dark_is_not_called_converged() -> None:
-    simulation = assign(scenarios.load("bright_dark"), {"integrator.rtol": "1e-4", "frames": "81"})
-    family = Family(sizes=(100, 150, 300), schemes=(CompactScheme("wide"),), viscosities=(2e-3, 1e-3))
+    simulation = assign(scenarios.load("bright_dark"), {"integrator.rtol": "1e-4", "frames": "61", "t_end": "30"})
+    family = Family(sizes=(200, 250, 300), schemes=(CompactScheme("wide"),), viscosities=(2e-3, 1e-3))
     tree = converge(simulation, family)
     summary = tree["summary"].to_dataset()
     assert verdict(summary, "viscous") != CONVERGED
     assert "no independent scheme" in summary["reason"].sel(quantity="profile").item()
-    beside = converge(simulation, Family(sizes=(100, 150, 300), viscosities=(2e-3, 1e-3), tolerances=(1e-3, 1e-4)))
+    beside = converge(simulation, Family(sizes=(200, 250, 300), viscosities=(2e-3, 1e-3), tolerances=(1e-3, 1e-4)))
     for quantity in ("profile", "momentum drift"):
         assert beside["summary"]["verdict"].sel(quantity=quantity).item() == "not converged"
 
