@@ -468,7 +468,7 @@ def report(tree: xr.DataTree) -> list[str]:
                 f"  {name:18} {float(row['value']):12.6g} {float(row['error']):9.1e} = {parts} {float(row['rate']):6.2f}  "
                 f"{row['verdict'].item()}: {row['reason'].item()}"
             )
-    lines += _differences_of_limits(summary)
+    lines += differences_of_limits(summary)
     failed = str(tree.attrs["failed"])
     return lines + [f"failed and not counted: {line}" for line in failed.splitlines()]
 
@@ -479,7 +479,8 @@ def verdict(summary: xr.Dataset, limit: str) -> str:
     return next(word for word in (NOT_CONVERGED, CONVERGING, CONVERGED) if word in verdicts)
 
 
-def _differences_of_limits(summary: xr.Dataset) -> list[str]:
+def differences_of_limits(summary: xr.Dataset) -> list[str]:
+    """The quantities of a summary that differ between its first two limits by more than their error bars, a line each."""
     if summary.sizes["limit"] < 2:
         return []
     lines = []

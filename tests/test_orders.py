@@ -1,0 +1,68 @@
+"""Observed orders: on the exact smooth wave, on a manufactured one, and on compactons with their edges."""
+
+import numpy as np
+import pytest
+
+from benchmarks.orders import (
+    FORMAL_ORDERS,
+    AnyScheme,
+    compacton_error,
+    fitted_rate,
+    manufactured_error,
+    periodic_wave_error,
+    short,
+)
+from mol_compactons import CompactScheme, ConservativeScheme, FourierScheme
+
+FINITE = [scheme for scheme, order in FORMAL_ORDERS.items() if np.isfinite(order)]
+EXPONENTS = (1.5, 2.0, 3.0, 4.2)
+
+
+@pytest.mark.parametrize("scheme", FINITE, ids=short)
+def test_on_the_exact_periodic_wave(scheme: AnyScheme) -> None:
+    sizes = (48, 96) if FORMAL_ORDERS[scheme] > 2 else (24, 48)
+    rate = fitted_rate(sizes, [periodic_wave_error(scheme, size, t_end=0.1) for size in sizes])
+    print(f"{short(scheme)}: rate {rate:.2f}")
+    assert rate == pytest.approx(FORMAL_ORDERS[scheme], abs=0.2)
+
+
+@pytest.mark.parametrize("scheme", FINITE, ids=short)
+@pytest.mark.parametrize("n", EXPONENTS)
+def test_on_a_manufactured_wave(scheme: AnyScheme, n: float) -> None:
+    sizes = (32, 64)
+    rate = fitted_rate(sizes, [manufactured_error(scheme, n, size, t_end=0.1) for size in sizes])
+    print(f"{short(scheme)}, n = {n:g}: rate {rate:.2f}")
+    assert rate == pytest.approx(FORMAL_ORDERS[scheme], abs=0.2)
+
+
+def test_the_fourier_error_falls_exponentially() -> None:
+    """Doubling N divides the error by 200 or more, where the sixth order divides it by 64, down to the error of time."""
+    errors = [periodic_wave_error(FourierScheme(), size, t_end=0.05) for size in (16, 32, 64)]
+    assert errors[0] > 200 * errors[1] > 200**2 * errors[2]
+    assert max(manufactured_error(FourierScheme(), n, 32, t_end=0.05) for n in EXPONENTS) < 1e-9
+
+
+@pytest.mark.parametrize(("n", "least"), [(1.5, 3.5), (2, 2.2), (3, 1.2)])
+def test_the_edge_of_a_compacton_limits_the_order(n: float, least: float) -> None:
+    """Order 4 falls at the rate that the smoothness of the edge allows, less than 4 for n = 2 and 3."""
+    sizes = (75, 150, 300)
+    rate = fitted_rate(sizes, [compacton_error(ConservativeScheme(order=4), n, size, t_end=1) for size in sizes])
+    print(f"n = {n:g}: rate {rate:.2f}")
+    assert least < rate < (4.5 if n < 2 else 3.5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", FINITE, ids=short)
+@pytest.mark.parametrize("n", EXPONENTS)
+def test_on_a_manufactured_wave_for_longer_and_finer(scheme: AnyScheme, n: float) -> None:
+    sizes = (32, 64, 128)
+    rate = fitted_rate(sizes, [manufactured_error(scheme, n, size) for size in sizes])
+    assert rate == pytest.approx(FORMAL_ORDERS[scheme], abs=0.2)
+
+
+@pytest.mark.slow
+def test_the_wide_difference_on_a_compacton() -> None:
+    sizes = (150, 300, 600)
+    scheme = CompactScheme("wide", viscosity=0)
+    rate = fitted_rate(sizes, [compacton_error(scheme, 3, size) for size in sizes])
+    assert 1 < rate < 2.2
