@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 from mol_compactons.configuration import check
-from mol_compactons.equations import GranularCompacton
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid
 from mol_compactons.integrators import CVODE, IDA, Midpoint
@@ -148,13 +147,19 @@ class Family:
 def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
     """The scheme of a simulation and one that shares nothing with it but the equation, and stands what it stands."""
     scheme: Any = simulation.scheme
-    if not isinstance(simulation.equation, GranularCompacton):
-        return (scheme,)
-    if not isinstance(scheme, ConservativeScheme):
-        return (scheme, ConservativeScheme(order=4, viscosity_order=6 if scheme.viscosity_order == 6 else 4))
-    if scheme.grid_viscosity:
-        return (scheme, FourierScheme(dealias=False, viscosity_order=scheme.viscosity_order))
-    return (scheme, CompactScheme("wide", viscosity_order=scheme.viscosity_order))
+    power: Literal[4, 6] = 6 if scheme.viscosity_order == 6 else 4
+    others: tuple[Any, ...] = (ConservativeScheme(order=4, viscosity_order=power),)
+    if isinstance(scheme, ConservativeScheme):
+        spectral = FourierScheme(dealias=False, viscosity_order=power)
+        compact = CompactScheme("wide", viscosity_order=power)
+        others = (spectral, compact) if scheme.grid_viscosity else (compact,)
+    for other in others:
+        try:
+            other.discretize(simulation.equation, simulation.grid)
+        except InputError:
+            continue
+        return (scheme, other)
+    return (scheme,)
 
 
 def describe_scheme(scheme: Any) -> str:

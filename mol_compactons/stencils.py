@@ -37,6 +37,12 @@ class Stencil:
         """The coefficients divided by h^derivative, shape (5,)."""
         return np.array(self.coefficients) / spacing**self.derivative
 
+    def apply(self, u: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
+        """The derivative of u, shape (N,) with N >= 5, on a periodic grid; same shape."""
+        result = np.empty_like(u)
+        convolve(self.scaled(spacing), u, result)
+        return result
+
     def symbol(self, theta: NDArray[np.float64]) -> NDArray[np.complex128]:
         """The eigenvalues of the stencil on exp(i theta j), complex, same shape as theta (theta = k h)."""
         offsets = np.arange(-2, 3)

@@ -23,8 +23,10 @@ from mol_compactons import (
     Lattice,
     Midpoint,
     NearestNeighbours,
+    Ripple,
     RosenauHyman,
     Simulation,
+    Uniform,
     scenarios,
 )
 from mol_compactons.cli import main
@@ -150,10 +152,10 @@ def test_failed_members_are_named_and_not_counted() -> None:
 
 def test_a_family_of_another_equation_has_no_independent_scheme() -> None:
     simulation = Simulation(
-        equation=RosenauHyman(2, 2),
+        equation=RosenauHyman(3, 2),
         grid=Grid(40, 160),
         scheme=CompactScheme("wide", viscosity=1e-4),
-        initial=[Compacton(1, 15)],
+        initial=[Uniform(1.0), Ripple(0.1, 1)],
         t_end=1,
         frames=11,
         integrator=IDA(rtol=1e-4),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal, Protocol
 
 import numpy as np
@@ -105,22 +106,22 @@ class CompactScheme:
                 f"CompactScheme is for equations on a Grid, not for {type(equation).__name__} on a {type(grid).__name__}; a "
                 "GranularChain on a Lattice has the scheme NearestNeighbours."
             )
-        second_stencil = SECOND_DIFFERENCES[self.second_difference]
-        reach = stencils.COMPACT_FIRST.reach + second_stencil.reach
+        second = SECOND_DIFFERENCES[self.second_difference]
+        reach = stencils.COMPACT_FIRST.reach + second.reach
         require(
             grid.size >= 2 * reach + 1,
             f"grid.size = {grid.size} is too small: the compact scheme couples {2 * reach + 1} neighbours; choose at "
             f"least {2 * reach + 1} points.",
         )
         damping = Damping(self, grid.spacing)
-        kernel = _CompactKernel(equation, grid.size, grid.spacing, second_stencil, damping)
+        kernel = _CompactKernel(equation, grid.size, grid.spacing, second, damping)
         return SemiDiscretization(
             size=grid.size,
             components=len(equation.variables),
             reach=reach,
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
-            invariants=lambda state: equation.invariants(state, grid.spacing, kernel.second_difference),
+            invariants=lambda state: equation.invariants(state, grid.spacing, partial(second.apply, spacing=grid.spacing)),
             mass=np.array(stencils.COMPACT_MASS.coefficients),
             damping=damping.fastest,
         )
@@ -169,12 +170,6 @@ class _CompactKernel:
             out[0, 1, near] -= self._first[:, None]
         for component in range(out.shape[0]):
             self._damping.add_to_diagonals(out[component, component])
-
-    def second_difference(self, values: Array) -> Array:
-        """S applied to values on the grid, shape (size,)."""
-        result = np.empty_like(values)
-        convolve(self._second, values, result)
-        return result
 
 
 @compiled

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -11,29 +12,24 @@ from numpy.typing import NDArray
 from mol_compactons import stencils
 from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
-from mol_compactons.equations import GranularCompacton
+from mol_compactons.equations import GranularCompacton, RosenauHyman
 from mol_compactons.errors import InputError, require
 from mol_compactons.flux import DERIVATIVE_FLOOR, PowerLaw
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.schemes.entropy_flux import odd_power, two_point_flux
+from mol_compactons.schemes.rosenau_hyman import RosenauHymanKernel
 from mol_compactons.schemes.viscosity import Damping, check_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.stencils import convolve
 
 Array = NDArray[np.float64]
 
 WEIGHTS = {2: (1.0,), 4: (4 / 3, -1 / 3), 6: (3 / 2, -3 / 5, 1 / 10)}
 """Richardson's weights of the strides 1, 2, 3 for each order: each removes the next even power of h."""
 
-SERIES_BELOW = 1e-3
-"""Where two neighbours differ by less than this, relative to the larger one, their flux comes from its Taylor series."""
-
-VACUUM = 1e-150
-"""Where both neighbours are smaller than this their flux counts as zero, so that nothing underflows."""
-
 
 @dataclass(frozen=True)
 class ConservativeScheme:
-    r"""Skew-symmetric finite differences in flux form for the granular compacton equation; no mass matrix.
+    r"""Skew-symmetric finite differences in flux form for the granular compacton equation and K(m, n); no mass matrix.
 
     With a = |W|^(n-1) and V = W_x the flux is F = a W + (n+1)/4 [(a V)_x + a V_x], whose bracket is skew-symmetric in V.
     On a grid with the stride s, H = s h:
@@ -45,7 +41,8 @@ class ConservativeScheme:
         W_j'      = -sum_s w_s (F_(j+1/2) - F_(j+1/2-s)) / H - viscosity
 
     Mass and momentum are conserved by each stride alone, for any n > 1, any sign of W and every order: W cannot blow up,
-    since its norm is fixed. See docs/schemes.md for the proof.
+    since its norm is fixed. See docs/schemes.md for the proof. For K(m, n), u_t + (u^m)_x + (u^n)_xxx = 0, the same holds
+    with v = u^n in place of W in the sum by parts: mass and Int u^(n+1) are kept, see `RosenauHymanKernel`.
 
     Parameters
     ----------
@@ -79,11 +76,11 @@ class ConservativeScheme:
         check_viscosity(self)
 
     def discretize(self, equation: Any, grid: Grid | Lattice) -> SemiDiscretization:
-        """The semi-discretisation of the granular compacton equation on a grid."""
-        if not (isinstance(equation, GranularCompacton) and isinstance(grid, Grid)):
+        """The semi-discretisation of the granular compacton equation, or K(m, n), on a grid."""
+        if not (isinstance(equation, GranularCompacton | RosenauHyman) and isinstance(grid, Grid)):
             raise InputError(
-                f"ConservativeScheme is for GranularCompacton on a Grid, not for {type(equation).__name__} on a "
-                f"{type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
+                f"ConservativeScheme is for GranularCompacton and RosenauHyman on a Grid, not for {type(equation).__name__} "
+                f"on a {type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
             )
         damping = Damping(self, grid.spacing)
         reach = max(self.order, damping.reach)
@@ -92,14 +89,20 @@ class ConservativeScheme:
             f"grid.size = {grid.size} is too small: the conservative scheme of order {self.order} couples {2 * reach + 1} "
             f"neighbours; choose at least {2 * reach + 1} points.",
         )
-        kernel = _ConservativeKernel(equation.n, grid.size, grid.spacing, WEIGHTS[self.order], damping)
+        weights = WEIGHTS[self.order]
+        second = stencils.SECOND_NEAREST if self.order == 2 else stencils.SECOND_FIVE_POINT
+        kernel: _ConservativeKernel | RosenauHymanKernel
+        if isinstance(equation, RosenauHyman):
+            kernel = RosenauHymanKernel(equation, grid.size, grid.spacing, weights, damping)
+        else:
+            kernel = _ConservativeKernel(equation.n, grid.size, grid.spacing, weights, damping)
         return SemiDiscretization(
             size=grid.size,
             components=1,
             reach=reach,
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
-            invariants=lambda state: equation.invariants(state, grid.spacing, kernel.second_difference),
+            invariants=lambda state: equation.invariants(state, grid.spacing, partial(second.apply, spacing=grid.spacing)),
             damping=damping.fastest,
         )
 
@@ -113,8 +116,6 @@ class _ConservativeKernel:
         self._weights = np.array(weights)
         self._law = PowerLaw(1, n - 1)
         self._damping = damping
-        second = stencils.SECOND_NEAREST if len(weights) == 1 else stencils.SECOND_FIVE_POINT
-        self._second = second.scaled(spacing)
         self._margin = 2 * len(weights)
         self._w, self._a, self._slope = np.empty((3, size + 2 * self._margin))
         self._flux = np.empty(size + len(weights))
@@ -145,40 +146,6 @@ class _ConservativeKernel:
             )
         self._damping.add_to_diagonals(out[0, 0])
 
-    def second_difference(self, values: Array) -> Array:
-        """The second difference with which the energy is reported, shape (size,)."""
-        result = np.empty_like(values)
-        convolve(self._second, values, result)
-        return result
-
-
-@compiled
-def _odd_power(w: float, exponent: float) -> float:
-    """sgn(w) |w|^exponent."""
-    if exponent == 3.0:
-        return w * w * w
-    if exponent == 2.0:
-        return w * abs(w)
-    return float(np.sign(w) * abs(w) ** exponent)
-
-
-@compiled
-def _two_point_flux(u: float, v: float, n: float) -> float:
-    """Tadmor's flux (|v|^(n+1) - |u|^(n+1)) / ((n+1) (v - u)), free of cancellation."""
-    if n == 3.0:
-        return float((u + v) * (u * u + v * v) / 4)
-    larger = max(abs(u), abs(v))
-    if larger < VACUUM:
-        return 0.0
-    if n == 2.0 and u * v >= 0:
-        return float(np.sign(u + v) * (u * u + u * v + v * v) / 3)
-    difference = v - u
-    if abs(difference) < SERIES_BELOW * larger:
-        middle = 0.5 * (u + v)
-        curvature = n * (n - 1) * _odd_power(middle, n - 2)
-        return _odd_power(middle, n) + curvature * difference * difference / 24
-    return float((abs(v) ** (n + 1) - abs(u) ** (n + 1)) / ((n + 1) * difference))
-
 
 @compiled
 def _subtract_divergence(
@@ -193,7 +160,7 @@ def _subtract_divergence(
         left, u, v, right = w[j - stride], w[j], w[j + stride], w[j + 2 * stride]
         after = a[j + 2 * stride] + 2 * a[j + stride] + a[j]
         before = a[j + stride] + 2 * a[j] + a[j - stride]
-        flux[k] = _two_point_flux(u, v, n) + factor * (after * (right - v) - before * (u - left))
+        flux[k] = two_point_flux(u, v, n) + factor * (after * (right - v) - before * (u - left))
     scale = weight / step
     for k in range(size):
         out[k] -= scale * (flux[k + stride] - flux[k])
@@ -217,9 +184,9 @@ def _subtract_divergence_jacobian(
         if abs(difference) < DERIVATIVE_FLOOR * max(abs(u), abs(v)) or difference == 0.0:
             by_u = by_v = 0.5 * n * 0.5 * (a[j] + a[j + stride])
         else:
-            value = _two_point_flux(u, v, n)
-            by_u = (value - _odd_power(u, n)) / difference
-            by_v = (_odd_power(v, n) - value) / difference
+            value = two_point_flux(u, v, n)
+            by_u = (value - odd_power(u, n)) / difference
+            by_v = (odd_power(v, n) - value) / difference
         ahead, behind = right - v, u - left
         derivatives = (
             factor * (before - slope[j - stride] * behind),

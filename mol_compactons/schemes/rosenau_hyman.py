@@ -1,0 +1,116 @@
+"""The conservative scheme for the Rosenau-Hyman equation: it keeps the mass and Int u^(n+1) to round-off."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.compiled import compiled
+from mol_compactons.equations import RosenauHyman
+from mol_compactons.errors import require
+from mol_compactons.flux import DERIVATIVE_FLOOR
+from mol_compactons.schemes.entropy_flux import odd_power, two_point_flux
+from mol_compactons.schemes.viscosity import Damping
+
+Array = NDArray[np.float64]
+
+
+class RosenauHymanKernel:
+    """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time.
+
+    In v = u^n, the derivative of the energy u^(n+1) / (n+1), the flux is v^(m/n) + v_xx. With the stride s, H = s h:
+
+        F_(j+1/2) = f*(v_j, v_(j+s)) + (v_(j+2s) - v_(j+s) - v_j + v_(j-s)) / (2 H^2)
+        u_j'      = -sum_s w_s (F_(j+1/2) - F_(j+1/2-s)) / H - viscosity
+
+    f* is the mean of v^(m/n) between its arguments, so that the sum of v f* times the difference of v telescopes.
+
+    Raises
+    ------
+    InputError
+        If v^(m/n) is no function of v: in the classical form with m other than n.
+    """
+
+    def __init__(
+        self, equation: RosenauHyman, size: int, spacing: float, weights: tuple[float, ...], damping: Damping
+    ) -> None:
+        odd = equation.absolute or (equation.m % 2 == 1 and equation.n % 2 == 1)
+        require(
+            odd or equation.m == equation.n,
+            f"ConservativeScheme takes K(m, n) for m = n, for odd m and n, or with absolute=True, not K({equation.m:g}, "
+            f"{equation.n:g}) in the classical form; choose CompactScheme, or absolute=True.",
+        )
+        self._power = equation.flux.g
+        self._ratio = equation.m / equation.n
+        self._spacing, self._weights, self._damping = spacing, weights, damping
+        self._margin = 2 * len(weights)
+        self._v = np.empty(size + 2 * self._margin)
+        self._slope = np.empty(size)
+        self._flux = np.empty(size + len(weights))
+
+    def _extend(self, u: Array) -> None:
+        """Write u^n with a periodic margin on both sides."""
+        margin = self._margin
+        self._power.evaluate(u, self._v[margin:-margin])
+        self._v[:margin], self._v[-margin:] = self._v[-2 * margin : -margin], self._v[margin : 2 * margin]
+
+    def rhs(self, t: float, state: Array, out: Array) -> None:
+        """Write -sum_s w_s N_s(u) and the damping."""
+        self._extend(state[0])
+        out[0] = 0
+        for index, weight in enumerate(self._weights):
+            _subtract_divergence(self._v, self._margin, index + 1, weight, self._ratio, self._spacing, self._flux, out[0])
+        self._damping.add(state[0], out[0])
+
+    def jacobian(self, t: float, state: Array, out: Array) -> None:
+        """Write the cyclic diagonals of the derivative of `rhs`."""
+        self._extend(state[0])
+        self._power.derivative().evaluate(state[0], self._slope)
+        out[:] = 0
+        for index, weight in enumerate(self._weights):
+            _subtract_jacobian(self._v, self._margin, index + 1, weight, self._ratio, self._spacing, self._slope, out[0, 0])
+        self._damping.add_to_diagonals(out[0, 0])
+
+
+@compiled
+def _subtract_divergence(
+    v: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, flux: Array, out: Array
+) -> None:
+    """Subtract weight N_s(u); v = u^n has a periodic margin."""
+    size, step = out.size, stride * spacing
+    for k in range(size + stride):
+        j = margin + k - stride
+        bend = v[j + 2 * stride] - v[j + stride] - v[j] + v[j - stride]
+        flux[k] = two_point_flux(v[j], v[j + stride], ratio) + bend / (2 * step * step)
+    for k in range(size):
+        out[k] -= weight / step * (flux[k + stride] - flux[k])
+
+
+@compiled
+def _subtract_jacobian(
+    v: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, slope: Array, out: Array
+) -> None:
+    """Subtract the cyclic diagonals of weight dN_s/du; slope is dv/du."""
+    reach, size = (out.shape[0] - 1) // 2, out.shape[1]
+    step = stride * spacing
+    bend = 1 / (2 * step * step)
+    for k in range(size + stride):
+        j = margin + k - stride
+        left, right = v[j], v[j + stride]
+        difference = right - left
+        if abs(difference) < DERIVATIVE_FLOOR * max(abs(left), abs(right)) or difference == 0.0:
+            middle = abs(0.5 * (left + right))
+            by_left = by_right = 0.5 * ratio * middle ** (ratio - 1) if middle > 0 or ratio >= 1 else 0.0
+        else:
+            value = two_point_flux(left, right, ratio)
+            by_left = (value - odd_power(left, ratio)) / difference
+            by_right = (odd_power(right, ratio) - value) / difference
+        derivatives = (bend, by_left - bend, by_right - bend, bend)
+        # The flux right of cell k - stride leaves that cell and enters cell k.
+        for place in range(4):
+            offset = (place - 1) * stride
+            entry = weight / step * derivatives[place] * slope[(k - stride + offset) % size]
+            if k >= stride:
+                out[reach + offset, k - stride] -= entry
+            if k < size:
+                out[reach + offset - stride, k] += entry
