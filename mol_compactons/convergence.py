@@ -8,19 +8,21 @@ was varied, independent schemes agree, and the whole budget is below the accurac
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.configuration import encode
+from mol_compactons.configuration import decode, encode
 from mol_compactons.dataset import attributes, conserved_names, describe, field_names
 from mol_compactons.errors import InputError, IntegrationError, require
-from mol_compactons.family import CONSERVATIVE, INVISCID, VISCOUS, Family, Member, Notice
+from mol_compactons.extrapolation import Extrapolation, distance, extrapolate
+from mol_compactons.family import CONSERVATIVE, INVISCID, Family, Member, Notice, formal_order
 from mol_compactons.invariants import drift
 from mol_compactons.simulation import Simulation, run
 from mol_compactons.tracking import first_collision, track
@@ -32,14 +34,8 @@ Array = NDArray[np.float64]
 
 CONVERGED, CONVERGING, NOT_CONVERGED = "converged", "converging", "not converged"
 
-SAFETY = 1.25
-"""Roache's factor of safety on an extrapolated error whose rate is regular."""
-
-WIDE_SAFETY = 3.0
-"""The factor on the largest difference where it is not."""
-
-REGULAR_RATES = (0.4, 8.0)
-"""Observed rates between these are taken for the rate of an expansion in h, and extrapolated with."""
+CAUTIOUS_ORDER = 2.0
+"""No error of the grid is taken for smaller than one of this order, whatever the observed rate."""
 
 BUDGET = ("space", "time", "viscosity", "scheme")
 
@@ -52,8 +48,6 @@ class Outcome:
     ----------
     member : Member
         The member.
-    result : xarray.Dataset
-        Its last frame along x, its conserved quantities and tracks along t.
     values : dict of str to array
         Each quantity: a number, or a profile on the points of the coarsest grid.
     scales : dict of str to float
@@ -61,7 +55,6 @@ class Outcome:
     """
 
     member: Member
-    result: xr.Dataset
     values: dict[str, Array]
     scales: dict[str, float]
 
@@ -100,66 +93,89 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
         len(members) > 1,
         "The family has a single member, from which nothing can be learnt; vary sizes, schemes, viscosities or tolerances.",
     )
-    outcomes, failed = _run_all(members, family.sizes[0], notice)
-    limits = [limit for limit in (CONSERVATIVE, VISCOUS, INVISCID) if any(member.limit == limit for member in members)]
-    assessments = {limit: _assess(limit, family, [o for o in outcomes if o.member.limit == limit]) for limit in limits}
+    results, failed = _run_all(members, notice)
     root = attributes(simulation) | {
         "title": f"Convergence: {simulation.title}",
         "family": json.dumps(encode(family)),
         "failed": "\n".join(failed),
         "status": "complete",
     }
-    groups = {f"/members/{index:03d}": outcome.result for index, outcome in enumerate(outcomes)}
-    return xr.DataTree.from_dict(
-        {
-            "/": xr.Dataset(attrs=root),
-            "/summary": _summary(assessments),
-            "/ladder": _ladder(assessments, outcomes),
-            **groups,
-        }
-    )
+    groups = {f"/members/{index:03d}": result for index, result in enumerate(results)}
+    return judge(xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), "/members": xr.Dataset(), **groups}))
 
 
-def _run_all(members: Sequence[Member], coarsest: int, notice: Notice) -> tuple[list[Outcome], list[str]]:
-    outcomes, failed = [], []
+def judge(study: xr.DataTree, accuracy: float | None = None) -> xr.DataTree:
+    """A study with its members judged anew, if wanted with another accuracy.
+
+    Parameters
+    ----------
+    study : xarray.DataTree
+        What `converge` returned, or its file.
+    accuracy : float, optional
+        The relative error below which a quantity may be called converged.
+    """
+    import xarray as xr
+
+    family = decode(Family, json.loads(study.attrs["family"]))
+    family = replace(family, accuracy=family.accuracy if accuracy is None else accuracy)
+    members = study["members"].children
+    outcomes = [_outcome(member.to_dataset(), family.sizes[0]) for member in members.values()]
+    limits = [limit for limit, used in family.limits.items() if used]
+    assessments = {limit: _assess(family, [o for o in outcomes if o.member.limit == limit]) for limit in limits}
+    root = xr.Dataset(attrs=study.attrs | {"family": json.dumps(encode(family))})
+    groups = {f"/members/{name}": member.to_dataset() for name, member in members.items()}
+    own = {"/": root, "/summary": _summary(assessments), "/ladder": _ladder(assessments, outcomes), "/members": xr.Dataset()}
+    return xr.DataTree.from_dict(own | groups)
+
+
+def _run_all(members: Sequence[Member], notice: Notice) -> tuple[list[xr.Dataset], list[str]]:
+    results, failed = [], []
     for index, member in enumerate(members):
         started = time.monotonic()
         try:
-            outcomes.append(_outcome(member, run(member.simulation), coarsest))
+            results.append(_result(member, run(member.simulation)))
             end = "done"
         except (IntegrationError, InputError) as error:
             failed.append(f"{member.label}: {error}")
             end = f"failed: {error}"
         notice(f"{index + 1}/{len(members)} {member.label}: {end} after {time.monotonic() - started:.1f} s")
-    return outcomes, failed
+    return results, failed
 
 
-def _outcome(member: Member, dataset: xr.Dataset, coarsest: int) -> Outcome:
+def _result(member: Member, dataset: xr.Dataset) -> xr.Dataset:
+    """What is kept of a run: its last frame, its conserved quantities and its tracks."""
     import xarray as xr
 
     name = field_names(dataset)[0]
-    last = dataset[name][-1].values
-    values: dict[str, Array] = {"profile": _on_grid(last, coarsest)}
-    scales = {"profile": float(np.linalg.norm(values["profile"]))}
-    for quantity, change in drift(dataset).data_vars.items():
+    last = dataset[name].isel(t=-1, drop=True).to_dataset(name=name)
+    result = xr.merge([dataset[conserved_names(dataset)], last])
+    with contextlib.suppress(InputError):
+        result = xr.merge([result, track(dataset)], combine_attrs="drop")
+    result.attrs = dataset.attrs | {
+        name: getattr(member, name) for name in ("label", "limit", "scheme", "viscosity", "tolerance")
+    }
+    return result
+
+
+def _outcome(result: xr.Dataset, coarsest: int) -> Outcome:
+    simulation = Simulation.from_json(str(result.attrs["simulation"]))
+    kind, scheme = str(result.attrs["limit"]), str(result.attrs["scheme"])
+    member = Member(kind, scheme, float(result.attrs["viscosity"]), float(result.attrs["tolerance"]), simulation)
+    profile = _on_grid(result[simulation.equation.variables[0]].values, coarsest) * np.sqrt(simulation.grid.length / coarsest)
+    values, scales = {"profile": profile}, {"profile": float(np.linalg.norm(profile))}
+    for quantity, change in drift(
+        result[["mass", *(set(conserved_names(result)) & {"momentum", "energy"})]]
+    ).data_vars.items():
         values[f"{quantity} drift"], scales[f"{quantity} drift"] = np.array(float(change[-1])), 1.0
-    series = dataset[[*conserved_names(dataset)]]
-    result = xr.merge([series, dataset[name].isel(t=-1, drop=True).to_dataset(name=name)])
-    try:
-        tracks = track(dataset)
-        result = xr.merge([result, tracks], combine_attrs="drop")
-        _add_waves(values, scales, tracks, dataset[name])
-    except InputError:
-        pass
-    result.attrs = dataset.attrs | {"label": member.label}
-    return Outcome(member, result, values, scales)
+    if "position" in result:
+        _add_waves(values, scales, result, simulation)
+    return Outcome(member, values, scales)
 
 
-def _add_waves(values: dict[str, Array], scales: dict[str, float], tracks: xr.Dataset, field: xr.DataArray) -> None:
+def _add_waves(values: dict[str, Array], scales: dict[str, float], tracks: xr.Dataset, simulation: Simulation) -> None:
     """Add what the tracks say about each wave, once it has settled, and about what it left behind."""
     collision = first_collision(tracks)
-    spacing = float(field["x"][1] - field["x"][0])
-    first = field[0].values
+    first, spacing = simulation.initial_state()[0], simulation.grid.spacing
     for wave in range(tracks.sizes["wave"]):
         one = collision.isel(wave=wave)
         collided = not np.isnan(one.phase_shift)
@@ -189,89 +205,6 @@ def _on_grid(profile: Array, size: int) -> Array:
 
     places = np.arange(profile.size + 1) / profile.size
     return np.asarray(CubicSpline(places, np.append(profile, profile[0]), bc_type="periodic")(np.arange(size) / size))
-
-
-@dataclass(frozen=True, eq=False)
-class Extrapolation:
-    """The limit of a sequence of values as a parameter goes to zero.
-
-    Parameters
-    ----------
-    limit : array
-        The limit, extrapolated where the rate is regular, else the last value.
-    error : float
-        How far from it the truth may be.
-    rate : float
-        The observed power of the parameter, NaN where the differences do not shrink or there are fewer than three values.
-    shrinking : bool
-        Whether the differences shrink.
-    """
-
-    limit: Array
-    error: float
-    rate: float
-    shrinking: bool
-
-
-def extrapolate(parameters: Sequence[float], values: Sequence[Array], floor: float = 0.0) -> Extrapolation:
-    """The limit of a sequence of values as its parameter goes to zero, by Richardson's extrapolation of the last three.
-
-    Parameters
-    ----------
-    parameters : sequence of float
-        Descending and positive.
-    values : sequence of array
-        One value, or profile, for each.
-    floor : float
-        Differences up to this are noise of another origin, which need not shrink.
-
-    Returns
-    -------
-    Extrapolation
-        With a single value the error is infinite; with two it is `WIDE_SAFETY` times their distance.
-
-    Examples
-    --------
-    >>> second_order = [np.array(1 + h**2) for h in (0.4, 0.2, 0.1)]
-    >>> found = extrapolate([0.4, 0.2, 0.1], second_order)
-    >>> print(f"{found.limit:.6f} {found.rate:.6f}")
-    1.000000 2.000000
-    """
-    last = values[-1]
-    if len(values) < 2:
-        return Extrapolation(last, np.inf, np.nan, shrinking=False)
-    fine = _distance(values[-1], values[-2])
-    if len(values) < 3:
-        return Extrapolation(last, WIDE_SAFETY * fine, np.nan, shrinking=False)
-    coarse = _distance(values[-2], values[-3])
-    if max(coarse, fine) <= floor:
-        return Extrapolation(last, SAFETY * max(coarse, fine), np.nan, shrinking=True)
-    aligned = float(np.sum((values[-1] - values[-2]) * (values[-2] - values[-3]))) > 0
-    rate = _rate(parameters[-3:], coarse / fine) if fine else np.inf
-    if aligned and REGULAR_RATES[0] <= rate <= REGULAR_RATES[1]:
-        correction = (values[-1] - values[-2]) / ((parameters[-2] / parameters[-1]) ** rate - 1)
-        return Extrapolation(last + correction, SAFETY * float(np.linalg.norm(correction)), rate, shrinking=True)
-    shrinking = fine < 0.8 * coarse
-    return Extrapolation(last, WIDE_SAFETY * max(coarse, fine), rate if shrinking else np.nan, shrinking)
-
-
-def _distance(a: Array, b: Array) -> float:
-    return float(np.linalg.norm(a - b))
-
-
-def _rate(parameters: Sequence[float], ratio: float) -> float:
-    """The p for which (h1^p - h2^p) / (h2^p - h3^p) is a given ratio of differences; NaN if there is none."""
-    from scipy.optimize import brentq
-
-    first, second, third = parameters
-    lowest, highest = 0.01, 20.0
-
-    def mismatch(p: float) -> float:
-        return float(np.log(((first / second) ** p - 1) / (1 - (third / second) ** p)) - np.log(ratio))
-
-    if ratio <= 0 or mismatch(lowest) * mismatch(highest) > 0:
-        return np.nan
-    return float(brentq(mismatch, lowest, highest))
 
 
 @dataclass(frozen=True, eq=False)
@@ -309,29 +242,29 @@ class Assessment:
     reason: str
 
 
-def _assess(limit: str, family: Family, outcomes: Sequence[Outcome]) -> dict[str, Assessment]:
+def _assess(family: Family, outcomes: Sequence[Outcome]) -> dict[str, Assessment]:
     """The judgement of each quantity that any member has."""
     quantities = dict.fromkeys(name for outcome in outcomes for name in outcome.values)
-    return {name: _judge(name, limit, family, outcomes) for name in quantities}
+    return {name: _weigh(name, family, outcomes) for name in quantities}
 
 
-def _judge(quantity: str, limit: str, family: Family, outcomes: Sequence[Outcome]) -> Assessment:
+def _weigh(quantity: str, family: Family, outcomes: Sequence[Outcome]) -> Assessment:
     known = [outcome for outcome in outcomes if not np.isnan(outcome.values.get(quantity, np.array(np.nan))).any()]
     schemes = dict.fromkeys(outcome.member.scheme for outcome in known)
-    evidence = [_gather(quantity, limit, [o for o in known if o.member.scheme == scheme]) for scheme in schemes]
+    evidence = [_gather(quantity, [o for o in known if o.member.scheme == scheme]) for scheme in schemes]
     if not evidence:
         return _unknown("no member has a value")
     best = min(evidence, key=lambda one: (len(one.gaps), one.error, one.scheme))
     scale = max(outcome.scales[quantity] for outcome in known)
     objections, gaps = [], list(best.gaps)
     others = [one for one in evidence if one.scheme.split("(")[0] != best.scheme.split("(")[0]]
-    distances = [_distance(one.value, best.value) for one in others]
+    distances = [distance(one.value, best.value) for one in others]
     allowed = family.accuracy * scale
-    for one, distance in zip(others, distances, strict=True):
+    for one, apart in zip(others, distances, strict=True):
         # A scheme without an error bar of its own cannot excuse a distance with it.
         bars = best.error + (one.error if np.isfinite(one.error) else 0.0)
-        if distance > max(bars, allowed / 2):
-            objections.append(f"{one.scheme} differs by {distance / scale:.1e}, more than the error bars")
+        if apart > max(bars, allowed / 2):
+            objections.append(f"{one.scheme} differs by {apart / scale:.1e}, more than the error bars")
     if not others:
         gaps.append("no independent scheme has a value")
     budget = best.budget | {"scheme": max(distances, default=0.0)}
@@ -349,16 +282,17 @@ def _unknown(reason: str) -> Assessment:
     return Assessment({}, np.array(np.nan), dict.fromkeys(BUDGET, np.nan), np.nan, 1.0, NOT_CONVERGED, reason)
 
 
-def _gather(quantity: str, limit: str, outcomes: Sequence[Outcome]) -> Evidence:
+def _gather(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     """Extrapolate the values of one scheme in h for each viscosity, and then in the viscosity."""
     tightest = min(outcome.member.tolerance for outcome in outcomes)
     viscosities = sorted({outcome.member.viscosity for outcome in outcomes}, reverse=True)
     finest = max(outcome.member.size for outcome in outcomes)
     at_finest = [o for o in outcomes if o.member.size == finest and o.member.viscosity == viscosities[-1]]
     by_tolerance = {o.member.tolerance: o.values[quantity] for o in at_finest}
-    in_time = [_distance(value, by_tolerance[tightest]) for tolerance, value in by_tolerance.items() if tolerance > tightest]
+    in_time = [distance(value, by_tolerance[tightest]) for tolerance, value in by_tolerance.items() if tolerance > tightest]
     gaps = [] if in_time else ["only one tolerance"]
     time_error = min(in_time, default=0.0)
+    order = formal_order(outcomes[0].member.simulation.scheme)
     floor = 2 * time_error + 1e-12 * max(outcome.scales[quantity] for outcome in outcomes)
     limits: dict[float, Extrapolation] = {}
     ladder: list[Outcome] = []
@@ -369,7 +303,9 @@ def _gather(quantity: str, limit: str, outcomes: Sequence[Outcome]) -> Evidence:
         )
         if ladder:
             spacings = [outcome.member.simulation.grid.spacing for outcome in ladder]
-            limits[viscosity] = extrapolate(spacings, [outcome.values[quantity] for outcome in ladder], floor)
+            limits[viscosity] = extrapolate(
+                spacings, [outcome.values[quantity] for outcome in ladder], order, CAUTIOUS_ORDER, floor
+            )
     by_viscosity = list(limits.values())
     space = by_viscosity[-1]
     irregularities = []
@@ -378,11 +314,12 @@ def _gather(quantity: str, limit: str, outcomes: Sequence[Outcome]) -> Evidence:
     elif not space.shrinking:
         irregularities.append("the differences between the grids do not shrink")
     value, viscous = space.limit, 0.0
+    limit = outcomes[0].member.limit
     if limit != INVISCID:
         if len(limits) < 2:
             gaps.append("only one viscosity")
         elif limit == CONSERVATIVE:
-            viscous = _distance(space.limit, by_viscosity[-2].limit)
+            viscous = distance(space.limit, by_viscosity[-2].limit)
         else:
             in_viscosity = _extrapolate_viscosity(list(limits), [one.limit for one in by_viscosity])
             value, viscous = in_viscosity.limit, in_viscosity.error
@@ -398,7 +335,7 @@ def _extrapolate_viscosity(viscosities: Sequence[float], limits: Sequence[Array]
     if viscosities[-1] == 0:
         return Extrapolation(limits[-1], 0.0, np.nan, shrinking=True)
     if len(limits) > 2:
-        return extrapolate(viscosities, limits)
+        return extrapolate(viscosities, limits, order=1, cautious_order=1)
     correction = (limits[-1] - limits[-2]) * viscosities[-1] / (viscosities[-2] - viscosities[-1])
     return Extrapolation(limits[-1] + correction, float(np.linalg.norm(correction)), np.nan, shrinking=True)
 
@@ -447,7 +384,7 @@ def _ladder(assessments: dict[str, dict[str, Assessment]], outcomes: Sequence[Ou
             limit = assessment.limits.get((member.scheme, member.viscosity))
             if limit is not None and name in outcome.values:
                 place = (member.limit, member.scheme, member.viscosity, member.size, name)
-                error.loc[place] = _distance(outcome.values[name], limit) / assessment.scale
+                error.loc[place] = distance(outcome.values[name], limit) / assessment.scale
     lengths = {outcome.member.size: outcome.member.simulation.grid.spacing for outcome in rows}
     return xr.Dataset({"distance": error, "spacing": ("size", [lengths[size] for size in axes["size"]], describe("spacing"))})
 

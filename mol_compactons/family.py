@@ -11,6 +11,7 @@ from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid
 from mol_compactons.integrators import CVODE, IDA, Midpoint
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
+from mol_compactons.schemes.compact import SECOND_DIFFERENCES
 from mol_compactons.simulation import Integrator, Scheme, Simulation
 
 CONSERVATIVE, VISCOUS, INVISCID = "conservative", "viscous", "inviscid"
@@ -131,11 +132,15 @@ class Family:
             tolerances=tuple(sorted(tolerances, reverse=True)),
         )
 
+    @property
+    def limits(self) -> dict[str, tuple[float, ...]]:
+        """The limits that the family approaches, and the viscosities of each."""
+        limits = {CONSERVATIVE: self.grid_viscosities, VISCOUS: self.viscosities}
+        return {limit: values for limit, values in limits.items() if values} or {INVISCID: (0.0,)}
+
     def members(self, simulation: Simulation) -> Iterator[Member]:
         """The runs, coarse grids first; of a family that is complete."""
-        limits = {VISCOUS: self.viscosities, CONSERVATIVE: self.grid_viscosities}
-        ladders = {limit: values for limit, values in limits.items() if values} or {INVISCID: (0.0,)}
-        for limit, viscosities in ladders.items():
+        for limit, viscosities in self.limits.items():
             for scheme in self.schemes:
                 for size in self.sizes:
                     for viscosity in viscosities:
@@ -167,6 +172,13 @@ def describe_scheme(scheme: Any) -> str:
     usual = {"viscosity", "grid_viscosity"} | ({"viscosity_order"} if scheme.viscosity_order == 4 else set())
     choices = [f"{field.name}={getattr(scheme, field.name)}" for field in fields(scheme) if field.name not in usual]
     return f"{type(scheme).__name__}({', '.join(choices)})"
+
+
+def formal_order(scheme: Any) -> float:
+    """The power of h at which the error of a scheme falls on smooth waves; that of a Fourier scheme is taken for 6."""
+    if isinstance(scheme, ConservativeScheme):
+        return scheme.order
+    return 6.0 if isinstance(scheme, FourierScheme) else SECOND_DIFFERENCES[scheme.second_difference].order
 
 
 def _member(simulation: Simulation, limit: str, scheme: Any, size: int, viscosity: float, tolerance: float) -> Member:

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mol_compactons import (
     CVODE,
@@ -31,38 +29,14 @@ from mol_compactons import (
 )
 from mol_compactons.cli import main
 from mol_compactons.configuration import assign
-from mol_compactons.convergence import CONVERGED, converge, extrapolate, report, verdict
+from mol_compactons.convergence import CONVERGED, converge, judge, report, verdict
 from mol_compactons.family import Family
 
 
-@given(st.floats(0.5, 6), st.floats(-2, 2), st.floats(0.01, 1), st.sampled_from([1, -1]), st.floats(1.3, 3))
-def test_extrapolation_finds_limit_and_rate(rate: float, limit: float, amount: float, sign: int, ratio: float) -> None:
-    parameters = [1.0, 1 / ratio, 1 / ratio**2]
-    found = extrapolate(parameters, [np.array(limit + sign * amount * h**rate) for h in parameters])
-    assert found.rate == pytest.approx(rate, rel=1e-4)
-    assert float(found.limit) == pytest.approx(limit, abs=1e-6)
-    assert found.shrinking
-
-
-def test_extrapolation_with_unequal_ratios() -> None:
-    parameters = [0.5, 0.3, 0.1]
-    found = extrapolate(parameters, [np.array([1.0, 2.0]) + np.array([3.0, -1.0]) * h**1.5 for h in parameters])
-    assert found.rate == pytest.approx(1.5)
-    assert found.limit == pytest.approx([1, 2])
-
-
-def test_differences_that_do_not_shrink_are_not_extrapolated() -> None:
-    values = [np.array(v) for v in (1.0, 1.1, 1.25)]
-    found = extrapolate([4, 2, 1], values)
-    assert not found.shrinking
-    assert np.isnan(found.rate)
-    assert found.error == pytest.approx(0.45)
-    alternating = extrapolate([4, 2, 1], [np.array(v) for v in (1.0, 1.1, 1.06)])
-    assert float(alternating.limit) == 1.06
-    assert alternating.error == pytest.approx(0.3)
-    below_the_noise = extrapolate([4, 2, 1], values, floor=0.2)
-    assert below_the_noise.shrinking
-    assert extrapolate([1.0], values[:1]).error == np.inf
+def test_a_study_can_be_judged_anew(study: xr.DataTree) -> None:
+    again, strict = judge(study), judge(study, accuracy=1e-12)
+    xr.testing.assert_equal(again["summary"].to_dataset(), study["summary"].to_dataset())
+    assert verdict(strict["summary"].to_dataset(), "inviscid") != CONVERGED
 
 
 def single(n: float = 2, size: int = 240) -> Simulation:
