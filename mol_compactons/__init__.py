@@ -5,17 +5,18 @@ through time, and out comes a labelled xarray Dataset.
 """
 
 from mol_compactons.chain import GranularChain, NearestNeighbours
+from mol_compactons.chain_waves import SolitaryWave
 from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.integrators import CVODE, IDA, Midpoint, Symplectic
 from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.scaling import ScalingMap
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.simulation import Simulation, run
-from mol_compactons.waves import Compacton, Ripple, Samples, Uniform
+from mol_compactons.waves import Compacton, Impact, Ripple, Samples, Uniform
 
 __all__ = [
     "CVODE",
@@ -27,6 +28,7 @@ __all__ = [
     "GranularChain",
     "GranularCompacton",
     "Grid",
+    "Impact",
     "InputError",
     "IntegrationError",
     "Lattice",
@@ -41,6 +43,8 @@ __all__ = [
     "Samples",
     "ScalingMap",
     "Simulation",
+    "SolitaryWave",
+    "Symplectic",
     "Uniform",
     "run",
 ]

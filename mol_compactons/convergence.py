@@ -417,7 +417,7 @@ def verdict(summary: xr.Dataset, limit: str) -> str:
 
 
 def differences_of_limits(summary: xr.Dataset) -> list[str]:
-    """The quantities of a summary that differ between its first two limits by more than their error bars, a line each."""
+    """What differs between the first two limits of a summary by more than twice the error bars, a line each."""
     if summary.sizes["limit"] < 2:
         return []
     lines = []
@@ -425,9 +425,9 @@ def differences_of_limits(summary: xr.Dataset) -> list[str]:
         pair = summary.sel(quantity=name)
         apart = abs(float(pair["value"][0] - pair["value"][1]))
         bars = float(pair["error"].sum())
-        if apart > bars and name != "profile":
+        if apart > 2 * bars and name != "profile":
             first, second = pair["limit"].values[:2]
             lines.append(
-                f"{name}: the {first} and the {second} limit differ by {apart:.2g}, beyond their error bars ({bars:.1g})"
+                f"{name}: the {first} and the {second} limit differ by {apart:.2g}, and their error bars add up to {bars:.1g}"
             )
     return lines

@@ -31,6 +31,8 @@ LONG_NAMES = {
     "v": "velocity",
     "R": "stress between neighbouring grains, the difference of their displacements",
     "R_t": "rate of the stress",
+    "Q": "displacement of a grain",
+    "p": "momentum of a grain",
     "mass": "mass, the integral of the first component",
     "momentum": "momentum, the integral of the velocity or, for a one-way equation, Q, half that of the squared amplitude",
     "energy": "energy, the Hamiltonian with the second difference of the scheme",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +137,9 @@ class GranularCompacton:
         """The state of a wave of this shape at the distances z from its centre, shape (1, N)."""
         return shape(z)[None]
 
+    def check_center(self, center: float, grid: Any) -> None:
+        """Any place on the periodic line will do."""
+
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Any real state will do."""
 
@@ -236,6 +240,9 @@ class RosenauHyman:
         """The state of a wave of this shape at the distances z from its centre, shape (1, N)."""
         return shape(z)[None]
 
+    def check_center(self, center: float, grid: Any) -> None:
+        """Any place on the periodic line will do."""
+
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Any real state will do."""
 
@@ -300,6 +307,9 @@ class PowerLawEquation:
         """The state of a wave of this shape and speed, shape (components, N)."""
         profile = shape(z)
         return np.array([profile, speed * profile]) if self.two_way else profile[None]
+
+    def check_center(self, center: float, grid: Any) -> None:
+        """Any place on the periodic line will do."""
 
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Any real state will do."""

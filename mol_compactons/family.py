@@ -9,7 +9,7 @@ from typing import Any, Literal
 from mol_compactons.configuration import check
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid
-from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.integrators import CVODE, IDA, Midpoint, Symplectic
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.schemes.compact import SECOND_DIFFERENCES
 from mol_compactons.simulation import Integrator, Scheme, Simulation
@@ -113,7 +113,11 @@ class Family:
             If the simulation has no grid to refine.
         """
         scheme, integrator = simulation.scheme, simulation.integrator
-        if not isinstance(simulation.grid, Grid) or not isinstance(scheme, CompactScheme | ConservativeScheme | FourierScheme):
+        if (
+            isinstance(integrator, Symplectic)
+            or not isinstance(simulation.grid, Grid)
+            or not isinstance(scheme, CompactScheme | ConservativeScheme | FourierScheme)
+        ):
             raise InputError("A chain has no grid to refine: converge is for equations on a Grid.")
         size = simulation.grid.size
         stepping = isinstance(integrator, Midpoint)
@@ -195,6 +199,7 @@ def _integrator(integrator: Integrator, scheme: Any, equation: Any, grid: Any, t
     """The integrator of the simulation with another tolerance or, where it cannot take the scheme, one that can."""
     if isinstance(integrator, Midpoint):
         return replace(integrator, step=tolerance)
+    assert not isinstance(integrator, Symplectic)
     own = replace(integrator, rtol=tolerance)
     system = scheme.discretize(equation, grid)
     step, steps = own.max_step, own.max_steps

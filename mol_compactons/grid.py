@@ -82,7 +82,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Lattice:
-    """The sites of a periodic chain, k = 0 .. size - 1, a distance 1 apart.
+    """The sites of a chain, k = 0 .. size - 1, a distance 1 apart.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Lattice:
     Raises
     ------
     InputError
-        If there are fewer than 5 sites.
+        If there are fewer than 3 sites.
     """
 
     size: int
@@ -102,7 +102,7 @@ class Lattice:
 
     def __post_init__(self) -> None:
         check(self)
-        require(5 <= self.size <= LARGEST_SIZE, f"grid.size = {self.size:.16g} must lie between 5 and {LARGEST_SIZE} sites.")
+        require(3 <= self.size <= LARGEST_SIZE, f"grid.size = {self.size:.16g} must lie between 3 and {LARGEST_SIZE} sites.")
 
     @property
     def length(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,6 +120,9 @@ class Nesterenko:
         """The state of a wave of this shape and speed, S and v = V S, shape (2, N)."""
         profile = shape(z)
         return np.array([profile, speed * profile])
+
+    def check_center(self, center: float, grid: Any) -> None:
+        """Any place on the periodic line will do."""
 
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Refuse grains in tension, which have no force unless n is an odd whole number."""

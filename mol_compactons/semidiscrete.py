@@ -43,6 +43,9 @@ class SemiDiscretization:
         ``jacobian_vector(t, state, vector, out)`` writes df/dy times a vector; for a system whose Jacobian is not banded.
     companion : SemiDiscretization or None
         A system with a banded Jacobian close to that of such a system, to precondition with.
+    split_steps : callable or None
+        ``split_steps(state, step, count, drifts, kicks)`` takes `count` steps of a splitting method, in place; for an
+        oscillator, whose first component moves with the second and whose second is pushed by the first.
     damping : float
         The fastest rate at which f damps a grid-scale ripple; 0 for an undamped system, whose spectrum is nearly imaginary.
     """
@@ -57,6 +60,7 @@ class SemiDiscretization:
     damping: float = 0.0
     jacobian_vector: Callable[[float, Array, Array, Array], None] | None = None
     companion: SemiDiscretization | None = None
+    split_steps: Callable[[Array, float, int, Array, Array], None] | None = None
 
     @property
     def unknowns(self) -> int:

@@ -16,25 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.chain import GranularChain, NearestNeighbours
+from mol_compactons.chain_waves import SolitaryWave
 from mol_compactons.configuration import check, decode, encode
 from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.integrators import CVODE, IDA, Midpoint, Symplectic
 from mol_compactons.integrators.progress import Report, no_report
 from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.waves import Compacton, Ripple, Samples, Uniform, superpose
+from mol_compactons.waves import Compacton, Impact, Ripple, Samples, Uniform, superpose
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation | GranularChain
 Scheme = CompactScheme | ConservativeScheme | FourierScheme | NearestNeighbours
-Wave = Compacton | PeriodicWave | Samples | Uniform | Ripple
-Integrator = IDA | CVODE | Midpoint
+Wave = Compacton | SolitaryWave | PeriodicWave | Impact | Samples | Uniform | Ripple
+Integrator = IDA | CVODE | Midpoint | Symplectic
 
 MOST_FRAMES = 10**7
 """The largest number of output times."""
@@ -49,7 +50,8 @@ class Simulation:
     equation, grid, scheme
         A continuous equation on a Grid with its discretisation, or a chain on its Lattice with the differences that belong
         to it; which of them go together is for ``scheme.discretize`` to say. By default the scheme is the one that is best for
-        the granular compacton equation, ``ConservativeScheme(order=4, grid_viscosity=0.1)``; see docs/schemes.md.
+        the granular compacton equation, ``ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6)``; see
+        docs/schemes.md.
     initial : list of waves
         Their sum is the state at t = 0. The supports of compactons must not overlap.
     t_end : float
@@ -84,7 +86,7 @@ class Simulation:
     grid: Grid | Lattice
     initial: Sequence[Wave]
     t_end: float
-    scheme: Scheme = field(default_factory=lambda: ConservativeScheme(order=4, grid_viscosity=0.1))
+    scheme: Scheme = field(default_factory=lambda: ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6))
     frames: int = 101
     integrator: Integrator = field(default_factory=IDA)
     title: str = ""

@@ -17,7 +17,7 @@ from mol_compactons.dataset import describe, field_names
 from mol_compactons.errors import require
 from mol_compactons.grid import Grid, Lattice, ring_distance
 from mol_compactons.simulation import Simulation
-from mol_compactons.waves import Compacton
+from mol_compactons.waves import LocalizedWave
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,9 +27,9 @@ Array = NDArray[np.float64]
 THRESHOLD = 0.05
 """Peaks lower than this, relative to the lowest wave at the start, are ripples."""
 
-FARTHEST_MATCH = 2.0
-"""A peak is taken for a wave if its distance from where the wave should be, in half-widths, and the logarithm of the ratio of
-their heights add up to less than this."""
+FARTHEST_MATCH = 3.5
+"""A peak is taken for a wave if its distance from where the wave should be, in half-widths, and twice the logarithm of the
+ratio of their heights add up to less than this: a wave may lose half its height in a collision, a ripple is no wave."""
 
 SPEED_FRAMES = 5
 """How many frames of free flight give the speed with which the next place is foretold."""
@@ -128,7 +128,7 @@ def _polynomial(coefficients: Array, x: Array) -> Array:
 def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Dataset:
     """Follow the waves of a result from frame to frame.
 
-    The waves are the compactons of the initial data or, where there are none, the peaks of the first frame.
+    The waves are the compactons and solitary waves of the initial data or, where there are none, the peaks of the first frame.
 
     Parameters
     ----------
@@ -191,9 +191,9 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
 def _waves_at_start(simulation: Simulation, times: Array, frames: Array, least: float | None) -> list[_Wave]:
     waves = []
     for wave in simulation.initial:
-        if isinstance(wave, Compacton):
-            shape = simulation.equation.compacton(wave.speed, wave.sign)
-            waves.append(_Wave(wave.sign, wave.center, wave.speed, abs(shape.amplitude), shape.width))
+        if isinstance(wave, LocalizedWave):
+            height, width = wave.outline(simulation.equation)
+            waves.append(_Wave(wave.sign, wave.center, wave.speed, abs(height), width))
     if not waves:
         first, second = frames[0], frames[min(1, len(frames) - 1)]
         lowest = least or 4 * THRESHOLD * float(np.abs(first).max())
@@ -204,7 +204,7 @@ def _waves_at_start(simulation: Simulation, times: Array, frames: Array, least: 
                 moved = float(gone[np.argmin(np.abs(gone))]) if gone.size else 0.0
                 speed = moved / float(times[1] - times[0]) if len(times) > 1 else 0.0
                 waves.append(_Wave(sign, float(place), speed, float(height), 2 * float(width)))
-    require(len(waves) > 0, "There is no wave to follow: the initial data hold no compacton, and the first frame no peak.")
+    require(len(waves) > 0, "There is no wave to follow: the initial data hold no solitary wave, and the first frame no peak.")
     return waves
 
 
@@ -222,7 +222,7 @@ def _match(waves: list[_Wave], t: float, frame: Array, grid: Grid | Lattice, lea
         reach = np.array([waves[index].width / 2 for index in members])[:, None]
         before = np.array([waves[index].height for index in members])[:, None]
         distance = ring_distance(positions, foretold, grid.length)
-        cost = np.abs(distance) / reach + np.abs(np.log(heights / before))
+        cost = np.abs(distance) / reach + 2 * np.abs(np.log(heights / before))
         for row, column in zip(*linear_sum_assignment(np.minimum(cost, 10 * FARTHEST_MATCH)), strict=True):
             if cost[row, column] < FARTHEST_MATCH:
                 place = foretold[row, 0] + distance[row, column]

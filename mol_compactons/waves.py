@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mol_compactons.configuration import check
 from mol_compactons.equations import CosinePower
 from mol_compactons.errors import InputError, require
-from mol_compactons.grid import Grid, Lattice
+from mol_compactons.grid import Grid, Lattice, ring_distance
 
 
 class CompactonEquation(Protocol):
@@ -28,6 +28,9 @@ class CompactonEquation(Protocol):
     def travelling_state(self, shape: CosinePower, z: NDArray[np.float64], speed: float) -> NDArray[np.float64]:
         """The state of a wave of a given shape and speed at the distances z from its centre."""
 
+    def check_center(self, center: float, grid: Any) -> None:
+        """Refuse a wave beyond the ends, where there are any."""
+
     def check_state(self, state: NDArray[np.float64]) -> None:
         """Refuse a state that the equation has no meaning for."""
 
@@ -37,6 +40,69 @@ class Wave(Protocol):
 
     def values(self, equation: Any, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (components, size)."""
+
+
+@runtime_checkable
+class LocalizedWave(Wave, Protocol):
+    """A wave with a place, a speed, a sign and a width."""
+
+    @property
+    def speed(self) -> float:
+        """Its speed."""
+
+    @property
+    def center(self) -> float:
+        """Where its centre is at t = 0."""
+
+    @property
+    def sign(self) -> int:
+        """1 for a bright one, -1 for a dark one."""
+
+    def outline(self, equation: Any) -> tuple[float, float]:
+        """Its signed height and its width."""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """A velocity of some grains of a chain in displacements, at rest otherwise: a hammer's blow.
+
+    Parameters
+    ----------
+    velocity : float
+        The velocity, nondimensional.
+    first : int
+        The number of the first grain that moves, from 0.
+    grains : int
+        How many move.
+
+    Raises
+    ------
+    InputError
+        If the equation is no chain in displacements, or has not so many grains.
+    """
+
+    velocity: float
+    first: int = 0
+    grains: int = 1
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(
+            self.first >= 0 and self.grains >= 1,
+            f"Impact.first = {self.first} must not be negative, and Impact.grains = {self.grains} must be at least 1.",
+        )
+
+    def values(self, equation: Any, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
+        """The momenta, shape (2, size)."""
+        require(
+            equation.variables == ("Q", "p"),
+            "Impact moves the grains of a GranularChain in displacements; set form='displacements'.",
+        )
+        last = self.first + self.grains
+        require(last <= grid.size, f"Impact moves the grains up to number {last - 1}, but the chain has {grid.size}.")
+        state = np.zeros((2, grid.size))
+        state[1, self.first : last] = self.velocity / equation.inverse_masses(grid.size)[self.first : last]
+        return state
 
 
 @dataclass(frozen=True)
@@ -68,8 +134,13 @@ class Compacton:
 
     def values(self, equation: CompactonEquation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (components, size)."""
+        shape, center = equation.compacton(self.speed, self.sign), self.center + self.speed * t
+        return equation.travelling_state(shape, grid.offset(center), self.speed)
+
+    def outline(self, equation: CompactonEquation) -> tuple[float, float]:
+        """Its signed height and its width."""
         shape = equation.compacton(self.speed, self.sign)
-        return equation.travelling_state(shape, grid.offset(self.center + self.speed * t), self.speed)
+        return shape.amplitude, shape.width
 
 
 @dataclass(frozen=True)
@@ -171,23 +242,23 @@ def superpose(waves: Sequence[Wave], equation: CompactonEquation, grid: Grid | L
         If there is no wave, a support is longer than the box, or two supports overlap.
     """
     require(len(waves) > 0, "initial = [] holds no wave; give at least one.")
-    compactons = [wave for wave in waves if isinstance(wave, Compacton)]
-    widths = [equation.compacton(wave.speed, wave.sign).width for wave in compactons]
-    for wave, width in zip(compactons, widths, strict=True):
+    localized = [wave for wave in waves if isinstance(wave, LocalizedWave)]
+    widths = [wave.outline(equation)[1] for wave in localized]
+    for wave, width in zip(localized, widths, strict=True):
+        equation.check_center(wave.center, grid)
         require(
             width < grid.length,
-            f"The compacton at center = {wave.center:g} is {width:.4g} wide and does not fit in the box of "
-            f"length {grid.length:g}; choose grid.length larger than {width:.4g}.",
+            f"The {type(wave).__name__} at center = {wave.center:g} is {width:.4g} wide and does not fit in the box of "
+            f"length {grid.length:g}; choose one longer than {width:.4g}.",
         )
-    for index, (wave, width) in enumerate(zip(compactons, widths, strict=True)):
-        for other, other_width in zip(compactons[:index], widths[:index], strict=True):
-            half = grid.length / 2
-            distance = abs((wave.center - other.center + half) % grid.length - half)
+    for index, (wave, width) in enumerate(zip(localized, widths, strict=True)):
+        for other, other_width in zip(localized[:index], widths[:index], strict=True):
+            distance = abs(float(ring_distance(np.array(wave.center), other.center, grid.length)))
             needed = (width + other_width) / 2
             if distance < needed * (1 - 1e-12):
                 raise InputError(
-                    f"The compactons at center = {other.center:g} and {wave.center:g} overlap: their centres are "
-                    f"{distance:.4g} apart on the periodic line; put them at least {needed:.4g} apart."
+                    f"The waves at center = {other.center:g} and {wave.center:g} overlap: their centres are "
+                    f"{distance:.4g} apart; put them at least {needed:.4g} apart."
                 )
     state = np.asarray(sum(wave.values(equation, grid) for wave in waves))
     equation.check_state(state)

@@ -4,7 +4,7 @@ Where the sign changes the solution loses smoothness, and the equation alone no 
 nu h^5 that vanishes with the grid Q is kept, the conservative continuation; with a fixed viscosity eps, h -> 0 and then
 eps -> 0, a good part of Q is lost, the viscous one. Both are computed by two independent schemes each, as in
 `collision_study`. The paper's scheme with its viscosity of 1e-3 on N = 1200 points stands beside them: it computes neither.
-Takes about half an hour; docs/schemes.md has the numbers.
+Takes about three quarters of an hour; docs/schemes.md has the numbers.
 """
 
 import runpy
@@ -17,12 +17,13 @@ from mol_compactons.tracking import first_collision, track
 
 bright_bright = runpy.run_path(str(Path(__file__).with_name("collision_study.py")))
 collision, study = bright_bright["collision"], bright_bright["study"]
+finer = replace(bright_bright["CONSERVATIVE"], sizes=(300, 600, 1200))
 
 simulation = collision(n=3, sign=-1)
 
 if __name__ == "__main__":
     for n in (2, 3):
-        study(collision(n, sign=-1), f"bright_dark_study_n{n}")
+        study(collision(n, sign=-1), f"bright_dark_study_n{n}", finer)
         paper = replace(
             collision(n, sign=-1),
             grid=replace(simulation.grid, size=1200),

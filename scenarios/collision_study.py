@@ -53,10 +53,10 @@ def collision(n: float, sign: int = 1) -> Simulation:
     )
 
 
-def study(simulation: Simulation, name: str) -> None:
+def study(simulation: Simulation, name: str, conservative: Family = CONSERVATIVE) -> None:
     """Both limits of a collision: printed, stored and drawn."""
     summaries = []
-    for limit, family in (("conservative", CONSERVATIVE), ("viscous", VISCOUS)):
+    for limit, family in (("conservative", conservative), ("viscous", VISCOUS)):
         tree = converge(simulation, family, lambda line: print(line, file=sys.stderr))
         write_tree(tree, f"{name}_{limit}.nc")
         convergence_overview(tree).savefig(f"{name}_{limit}.png")

@@ -102,7 +102,7 @@ def test_the_default_scheme_is_the_best_one_for_the_granular_equation() -> None:
         t_end=20,
         frames=3,
     )
-    assert simulation.scheme == ConservativeScheme(order=4, grid_viscosity=0.1)
+    assert simulation.scheme == ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6)
     dataset = run(simulation)
     assert 0.97 < float(dataset.momentum[-1] / dataset.momentum[0]) < 1
     with pytest.raises(InputError, match="choose CompactScheme"):

@@ -2,5 +2,6 @@
 
 from mol_compactons.integrators.midpoint import Midpoint
 from mol_compactons.integrators.sundials import CVODE, IDA
+from mol_compactons.integrators.symplectic import Symplectic
 
-__all__ = ["CVODE", "IDA", "Midpoint"]
+__all__ = ["CVODE", "IDA", "Midpoint", "Symplectic"]
