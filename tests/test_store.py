@@ -55,7 +55,7 @@ def test_plain_xarray_reads_every_scenario_without_this_package(tmp_path: Path) 
     command = [sys.executable, "-I", "-c", READER, *map(str, paths)]
     printed = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
     for simulation, line in zip(simulations, printed.splitlines(), strict=True):
-        assert {"t", simulation.grid.dimension, "mass", "energy", *simulation.equation.variables} <= set(line.split())
+        assert {"t", simulation.grid.dimension, "energy", *simulation.equation.variables} <= set(line.split())
 
 
 def start_long_run(path: Path, size: int) -> subprocess.Popen[bytes]:
