@@ -20,30 +20,64 @@ and 1e-3 need more than 20."""
 
 
 @compiled
-def _power_law(
+def _size_power(size: float, quarters: int) -> float:
+    """size^(quarters / 4) for size >= 0, by products and square roots."""
+    value = 1.0
+    for _ in range(quarters >> 2):
+        value *= size
+    if quarters & 3:
+        root = math.sqrt(size)
+        if quarters & 2:
+            value *= root
+        if quarters & 1:
+            value *= math.sqrt(root)
+    return value
+
+
+@compiled
+def power_law(
     u: NDArray[np.float64], coefficient: float, exponent: float, odd: bool, add: bool, out: NDArray[np.float64]
 ) -> None:
+    """The law; the plain powers up to 3 have loops of their own, which the compiler vectorises."""
     quarters = round(4 * exponent)
-    floor = DERIVATIVE_FLOOR * np.abs(u).max() if exponent < 0 else 0.0
-    products_suffice = 4 * exponent == quarters and 0 <= quarters <= 32
-    for j in range(u.size):
-        size = abs(u[j])
-        if products_suffice:
-            value = coefficient
-            for _ in range(quarters >> 2):
-                value *= size
-            if quarters & 3:
-                root = math.sqrt(size)
-                if quarters & 2:
-                    value *= root
-                if quarters & 1:
-                    value *= math.sqrt(root)
-        else:
-            size = max(size, floor)
+    exact = 4 * exponent == quarters
+    if not add:
+        out[:] = 0.0
+    if exact and quarters == 0 and not odd:
+        for j in range(u.size):
+            out[j] = out[j] + coefficient
+    elif exact and quarters == 4 and odd:
+        for j in range(u.size):
+            out[j] = out[j] + coefficient * u[j]
+    elif exact and quarters == 8 and not odd:
+        for j in range(u.size):
+            out[j] = out[j] + coefficient * u[j] * u[j]
+    elif exact and quarters == 12 and odd:
+        for j in range(u.size):
+            out[j] = out[j] + coefficient * u[j] * u[j] * u[j]
+    elif exact and quarters == 2 and not odd:
+        for j in range(u.size):
+            out[j] = out[j] + coefficient * math.sqrt(abs(u[j]))
+    elif exact and 0 <= quarters <= 32:
+        for j in range(u.size):
+            value = coefficient * _size_power(abs(u[j]), quarters)
+            out[j] = out[j] + (value * np.sign(u[j]) if odd else value)
+    else:
+        floor = DERIVATIVE_FLOOR * np.abs(u).max() if exponent < 0 else 0.0
+        for j in range(u.size):
+            size = max(abs(u[j]), floor)
             value = coefficient * size**exponent if size > 0 or exponent >= 0 else 0.0
-        if odd:
-            value *= np.sign(u[j])
-        out[j] = out[j] + value if add else value
+            out[j] = out[j] + (value * np.sign(u[j]) if odd else value)
+
+
+@compiled
+def evaluate_flux(
+    table: NDArray[np.float64], u: NDArray[np.float64], b: NDArray[np.float64], g: NDArray[np.float64], a: NDArray[np.float64]
+) -> None:
+    """Write b(u), g(u) and a(u) of a flux, all of shape (N,), from its table (see `Flux.table`)."""
+    for row in range(table.shape[0]):
+        out = b if row == 0 else (g if row == 1 else a)
+        power_law(u, table[row, 0], table[row, 1], table[row, 2] > 0, row > 2, out)
 
 
 @dataclass(frozen=True)
@@ -81,7 +115,7 @@ class PowerLaw:
 
     def evaluate(self, u: NDArray[np.float64], out: NDArray[np.float64], add: bool = False) -> None:
         """Write the value at each u, shape (N,), into `out`, or add it."""
-        _power_law(u, self.coefficient, self.exponent, self.odd, add, out)
+        power_law(u, self.coefficient, self.exponent, self.odd, add, out)
 
     def derivative(self) -> PowerLaw:
         """The derivative with respect to u; one and the same object each time, since Jacobians ask for it."""
@@ -120,6 +154,11 @@ class Flux:
     def __post_init__(self) -> None:
         check(self)
         require(len(self.a) > 0, "Flux.a = () must hold at least one power law; use PowerLaw(0, 1) for none.")
+
+    @property
+    def table(self) -> NDArray[np.float64]:
+        """Coefficient, exponent and parity (1 for odd) of b, of g and of the terms of a, shape (2 + terms, 3)."""
+        return np.array([(law.coefficient, law.exponent, float(law.odd)) for law in (self.b, self.g, *self.a)])
 
     def convective(self, u: NDArray[np.float64], out: NDArray[np.float64]) -> None:
         """Write a(u), shape (N,), into `out`."""

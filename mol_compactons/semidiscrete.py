@@ -165,10 +165,15 @@ class SemiDiscretization:
         """Cyclic diagonals as the values of `sparsity`, shape (nnz,)."""
         return np.asarray(diagonals.reshape(-1)[self._csc_entry])
 
-    def banded(self, diagonals: Array) -> Array:
-        """Cyclic diagonals as a folded band in LAPACK's layout for LU, shape (3 w + 1, unknowns), w the half-bandwidth."""
+    @cached_property
+    def _band_entry(self) -> NDArray[np.intp]:
+        """For each entry of the cyclic diagonals its index in a band of LAPACK's layout, flattened by columns."""
         rows, columns = self._places
         width = self.half_bandwidth
-        band = np.zeros((3 * width + 1, self.unknowns))
-        band[2 * width + rows - columns, columns] = diagonals.reshape(-1)
-        return band
+        return np.asarray((2 * width + rows - columns) + (3 * width + 1) * columns)
+
+    def banded(self, diagonals: Array) -> Array:
+        """Cyclic diagonals as a folded band in LAPACK's layout for LU, shape (3 w + 1, unknowns), w the half-bandwidth."""
+        band = np.zeros((3 * self.half_bandwidth + 1) * self.unknowns)
+        band[self._band_entry] = diagonals.reshape(-1)
+        return band.reshape((-1, self.unknowns), order="F")

@@ -54,7 +54,7 @@ class BandedMatrix:
     def factor_linearized(self, gamma: float) -> bool:
         """Factor with the df/dy of the last `linearize`; False where the matrix is singular."""
         band = self._system.banded(self._system.mass_diagonals - gamma * self._diagonals)
-        self._lu, self._pivots, info = self._lapack.dgbtrf(band, self._width, self._width)
+        self._lu, self._pivots, info = self._lapack.dgbtrf(band, self._width, self._width, overwrite_ab=True)
         return bool(info == 0)
 
     def factor(self, t: float, state: Array, gamma: float) -> bool:

@@ -15,9 +15,9 @@ from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.equations import SecondDifference
 from mol_compactons.errors import InputError, require
-from mol_compactons.flux import Flux
+from mol_compactons.flux import Flux, evaluate_flux
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.schemes.viscosity import Damping, check_viscosity
+from mol_compactons.schemes.viscosity import Damping, add_convolution, check_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 
@@ -133,24 +133,17 @@ class _CompactKernel:
     def __init__(self, equation: FluxEquation, size: int, spacing: float, second: stencils.Stencil, damping: Damping) -> None:
         self._flux = equation.flux
         self._two_way = equation.two_way
+        self._table = self._flux.table
         self._first = stencils.COMPACT_FIRST.scaled(spacing)
+        self._minus_first = -self._first
         self._second = second.scaled(spacing)
         self._damping = damping
         self._b, self._g, self._f, self._difference = np.empty((4, size))
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -D1 F - eps D4 u, for a two-way equation with v in place of F for the first component."""
-        self._flux.g.evaluate(state[0], self._g)
-        convolve(self._second, self._g, self._difference)
-        self._flux.b.evaluate(state[0], self._b)
-        self._flux.convective(state[0], self._f)
-        _add_product(self._b, self._difference, self._f)
-        convolve(self._first, self._f, out[-1])
-        if self._two_way:
-            convolve(self._first, state[1], out[0])
-        np.negative(out, out=out)
-        for u, rate in zip(state, out, strict=True):
-            self._damping.add(u, rate)
+        damping = self._damping.coefficients
+        _rates(self._table, self._minus_first, self._second, damping, state, self._b, self._g, self._f, self._difference, out)
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of u where b has a singular slope."""
@@ -170,6 +163,31 @@ class _CompactKernel:
             out[0, 1, near] -= self._first[:, None]
         for component in range(out.shape[0]):
             self._damping.add_to_diagonals(out[component, component])
+
+
+@compiled
+def _rates(
+    table: Array,
+    minus_first: Array,
+    second: Array,
+    damping: Array,
+    state: Array,
+    b: Array,
+    g: Array,
+    f: Array,
+    difference: Array,
+    out: Array,
+) -> None:
+    """The right-hand side in one call; b, g, f and difference are scratch."""
+    evaluate_flux(table, state[0], b, g, f)
+    convolve(second, g, difference)
+    _add_product(b, difference, f)
+    convolve(minus_first, f, out[-1])
+    if state.shape[0] > 1:
+        convolve(minus_first, state[1], out[0])
+    if damping.size > 1:
+        for component in range(state.shape[0]):
+            add_convolution(damping, state[component], out[component])
 
 
 @compiled

@@ -14,11 +14,11 @@ from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.equations import GranularCompacton, RosenauHyman
 from mol_compactons.errors import InputError, require
-from mol_compactons.flux import DERIVATIVE_FLOOR, PowerLaw
+from mol_compactons.flux import DERIVATIVE_FLOOR, PowerLaw, power_law
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.schemes.entropy_flux import odd_power, two_point_flux
 from mol_compactons.schemes.rosenau_hyman import RosenauHymanKernel
-from mol_compactons.schemes.viscosity import Damping, check_viscosity
+from mol_compactons.schemes.viscosity import Damping, add_convolution, check_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -129,11 +129,8 @@ class _ConservativeKernel:
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -sum_s w_s N_s(W) and the damping."""
-        self._extend(state[0])
-        out[0] = 0
-        for index, weight in enumerate(self._weights):
-            _subtract_divergence(self._w, self._a, self._margin, index + 1, weight, self._n, self._spacing, self._flux, out[0])
-        self._damping.add(state[0], out[0])
+        damping = self._damping.coefficients
+        _rate(state[0], self._w, self._a, self._margin, self._weights, self._n, self._spacing, self._flux, damping, out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of W where n < 2."""
@@ -145,6 +142,32 @@ class _ConservativeKernel:
                 self._w, self._a, self._slope, self._margin, index + 1, weight, self._n, self._spacing, out[0, 0]
             )
         self._damping.add_to_diagonals(out[0, 0])
+
+
+@compiled
+def _rate(
+    u: Array,
+    w: Array,
+    a: Array,
+    margin: int,
+    weights: Array,
+    n: float,
+    spacing: float,
+    flux: Array,
+    damping: Array,
+    out: Array,
+) -> None:
+    """The right-hand side in one call; w, a and flux are scratch, w and a with a periodic margin."""
+    size = u.size
+    w[margin : margin + size] = u
+    w[:margin] = u[size - margin :]
+    w[margin + size :] = u[:margin]
+    power_law(w, 1.0, n - 1.0, False, False, a)
+    out[:] = 0.0
+    for index in range(weights.size):
+        _subtract_divergence(w, a, margin, index + 1, weights[index], n, spacing, flux, out)
+    if damping.size > 1:
+        add_convolution(damping, u, out)
 
 
 @compiled

@@ -66,7 +66,7 @@ class Damping:
     def add(self, u: Array, out: Array) -> None:
         """Add the damping of u, shape (N,), to `out`."""
         if self.reach:
-            _add_convolution(self.coefficients, u, out)
+            add_convolution(self.coefficients, u, out)
 
     def add_to_diagonals(self, diagonals: Array) -> None:
         """Add it to the cyclic diagonals of a Jacobian, shape (2 R + 1, N)."""
@@ -75,13 +75,25 @@ class Damping:
 
 
 @compiled
-def _add_convolution(coefficients: Array, u: Array, out: Array) -> None:
+def add_convolution(coefficients: Array, u: Array, out: Array) -> None:
+    """Add a stencil of odd length, shape (2 r + 1,), applied to u, shape (N,) with N > 2 r, on a periodic grid."""
     size, reach = u.size, coefficients.size // 2
-    for j in range(reach, size - reach):
-        total = 0.0
-        for k in range(coefficients.size):
-            total += coefficients[k] * u[j - reach + k]
-        out[j] += total
+    if coefficients.size == 5:
+        far_left, left, middle, right, far_right = (
+            coefficients[0],
+            coefficients[1],
+            coefficients[2],
+            coefficients[3],
+            coefficients[4],
+        )
+        for j in range(2, size - 2):
+            out[j] += far_left * u[j - 2] + left * u[j - 1] + middle * u[j] + right * u[j + 1] + far_right * u[j + 2]
+    else:
+        for j in range(reach, size - reach):
+            total = 0.0
+            for k in range(coefficients.size):
+                total += coefficients[k] * u[j - reach + k]
+            out[j] += total
     for edge in range(-reach, reach):
         total = 0.0
         for k in range(coefficients.size):
