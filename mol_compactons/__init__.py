@@ -10,7 +10,7 @@ from mol_compactons.equations import GranularCompacton, PowerLawEquation, Rosena
 from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Midpoint, Symplectic
+from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock, Symplectic
 from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.scaling import ScalingMap
@@ -40,6 +40,7 @@ __all__ = [
     "PowerLawEquation",
     "Ripple",
     "RosenauHyman",
+    "Rosenbrock",
     "Samples",
     "ScalingMap",
     "Simulation",

@@ -166,14 +166,8 @@ class SemiDiscretization:
         return np.asarray(diagonals.reshape(-1)[self._csc_entry])
 
     @cached_property
-    def _band_entry(self) -> NDArray[np.intp]:
-        """For each entry of the cyclic diagonals its index in a band of LAPACK's layout, flattened by columns."""
+    def band_entries(self) -> NDArray[np.intp]:
+        """For each entry of the cyclic diagonals its index in a folded band, flattened; see `integrators.band`."""
         rows, columns = self._places
         width = self.half_bandwidth
-        return np.asarray((2 * width + rows - columns) + (3 * width + 1) * columns)
-
-    def banded(self, diagonals: Array) -> Array:
-        """Cyclic diagonals as a folded band in LAPACK's layout for LU, shape (3 w + 1, unknowns), w the half-bandwidth."""
-        band = np.zeros((3 * self.half_bandwidth + 1) * self.unknowns)
-        band[self._band_entry] = diagonals.reshape(-1)
-        return band.reshape((-1, self.unknowns), order="F")
+        return np.asarray(rows * (3 * width + 1) + columns - rows + width)

@@ -21,7 +21,7 @@ from mol_compactons.configuration import check, decode, encode
 from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Midpoint, Symplectic
+from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock, Symplectic
 from mol_compactons.integrators.progress import Report, no_report
 from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation | GranularChain
 Scheme = CompactScheme | ConservativeScheme | FourierScheme | NearestNeighbours
 Wave = Compacton | SolitaryWave | PeriodicWave | Impact | Samples | Uniform | Ripple
-Integrator = IDA | CVODE | Midpoint | Symplectic
+Integrator = IDA | CVODE | Midpoint | Rosenbrock | Symplectic
 
 MOST_FRAMES = 10**7
 """The largest number of output times."""

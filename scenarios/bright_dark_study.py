@@ -17,13 +17,13 @@ from mol_compactons.tracking import first_collision, track
 
 bright_bright = runpy.run_path(str(Path(__file__).with_name("collision_study.py")))
 collision, study = bright_bright["collision"], bright_bright["study"]
-finer = replace(bright_bright["CONSERVATIVE"], sizes=(300, 600, 1200))
+families = {2: bright_bright["CONSERVATIVE"], 3: replace(bright_bright["CONSERVATIVE"], sizes=(300, 600, 1200))}
 
 simulation = collision(n=3, sign=-1)
 
 if __name__ == "__main__":
-    for n in (2, 3):
-        study(collision(n, sign=-1), f"bright_dark_study_n{n}", finer)
+    for n, family in families.items():
+        study(collision(n, sign=-1), f"bright_dark_study_n{n}", family)
         paper = replace(
             collision(n, sign=-1),
             grid=replace(simulation.grid, size=1200),

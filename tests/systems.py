@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons import Compacton, CompactScheme, GranularCompacton, Grid, Simulation
-from mol_compactons.integrators import CVODE, IDA, Midpoint
+from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import Stencil
 
@@ -65,7 +65,7 @@ def one_compacton(
     frames: int = 3,
     second_difference: SecondDifference = "wide",
     viscosity: float = 1e-3,
-    integrator: IDA | CVODE | Midpoint | None = None,
+    integrator: IDA | CVODE | Midpoint | Rosenbrock | None = None,
     sign: int = 1,
 ) -> Simulation:
     """One compacton of speed 1."""

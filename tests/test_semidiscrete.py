@@ -35,11 +35,13 @@ def test_band_and_sparse_hold_the_same_matrix() -> None:
     diagonals = np.random.default_rng(1).normal(size=ring.mass_diagonals.shape)
     matrix = ring.sparsity.copy()
     matrix.data = ring.csc_values(diagonals)
-    band, width = ring.banded(diagonals), ring.half_bandwidth
+    width = ring.half_bandwidth
+    band = np.zeros((20, 3 * width + 1))
+    band.reshape(-1)[ring.band_entries] = diagonals.reshape(-1)
     dense = np.zeros((20, 20))
     for row in range(20):
         for column in range(max(0, row - width), min(20, row + width + 1)):
-            dense[row, column] = band[2 * width + row - column, column]
+            dense[row, column] = band[row, column - row + width]
     assert np.array_equal(matrix.toarray(), dense)
 
 

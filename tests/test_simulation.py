@@ -15,7 +15,7 @@ from mol_compactons import (
     Grid,
     InputError,
     Midpoint,
-    RosenauHyman,
+    Nesterenko,
     Samples,
     Simulation,
     run,
@@ -106,4 +106,4 @@ def test_the_default_scheme_is_the_best_one_for_the_granular_equation() -> None:
     dataset = run(simulation)
     assert 0.97 < float(dataset.momentum[-1] / dataset.momentum[0]) < 1
     with pytest.raises(InputError, match="choose CompactScheme"):
-        Simulation(equation=RosenauHyman(2, 2), grid=Grid(20, 60), initial=[Compacton(1, 10)], t_end=1)
+        Simulation(equation=Nesterenko(2), grid=Grid(20, 60), initial=[Compacton(1, 10)], t_end=1)

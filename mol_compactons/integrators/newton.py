@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError
+from mol_compactons.integrators import band
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -38,14 +39,13 @@ class BandedMatrix:
     """The LU of M - gamma df/dy in folded order, kept from one `factor` to the next."""
 
     def __init__(self, system: SemiDiscretization) -> None:
-        from scipy.linalg import lapack
-
-        self._lapack: Any = lapack
         self._system = system
-        self._width = system.half_bandwidth
         self._diagonals = np.empty_like(system.mass_diagonals)
-        self._lu: Array = np.empty(0)
-        self._pivots: NDArray[np.int32] = np.empty(0, dtype=np.int32)
+        self._band = np.empty((system.unknowns, 3 * system.half_bandwidth + 1))
+        self._lower = np.empty((system.unknowns, system.half_bandwidth))
+        self._pivots = np.empty(system.unknowns, dtype=np.intp)
+        self._natural = np.arange(system.unknowns)
+        self._work = np.zeros(system.unknowns + 2 * system.half_bandwidth)
 
     def linearize(self, t: float, state: Array) -> None:
         """Evaluate df/dy at a state."""
@@ -53,23 +53,31 @@ class BandedMatrix:
 
     def factor_linearized(self, gamma: float) -> bool:
         """Factor with the df/dy of the last `linearize`; False where the matrix is singular."""
-        band = self._system.banded(self._system.mass_diagonals - gamma * self._diagonals)
-        self._lu, self._pivots, info = self._lapack.dgbtrf(band, self._width, self._width, overwrite_ab=True)
-        return bool(info == 0)
+        system = self._system
+        mass, jacobian = system.mass_diagonals.reshape(-1), self._diagonals.reshape(-1)
+        band.assemble(mass, jacobian, gamma, system.band_entries, self._band)
+        return bool(band.factor(self._band, self._lower, self._pivots))
 
     def factor(self, t: float, state: Array, gamma: float) -> bool:
         """Evaluate df/dy and factor; False where the matrix is singular."""
         self.linearize(t, state)
         return self.factor_linearized(gamma)
 
-    def solve_folded(self, residual: Array) -> Array:
-        """The solution for a residual in folded order, shape (unknowns,)."""
-        solution, _ = self._lapack.dgbtrs(self._lu, self._width, self._width, residual, self._pivots)
-        return np.asarray(solution)
+    def solve_folded(self, residual: Array, out: Array) -> None:
+        """Write the solution for a residual in folded order, shape (unknowns,), into `out`."""
+        band.solve(self._band, self._lower, self._pivots, self._natural, residual, self._work, out)
+
+    def solve_into(self, residual: Array, out: Array) -> None:
+        """Write the solution for a residual of shape (components, size) into `out`, which may be the same array."""
+        band.solve(
+            self._band, self._lower, self._pivots, self._system.order, residual.reshape(-1), self._work, out.reshape(-1)
+        )
 
     def solve(self, t: float, state: Array, residual: Array) -> Array:
         """The solution for a residual of shape (components, size)."""
-        return self._system.unfold(self.solve_folded(self._system.fold(residual)))
+        out = np.empty_like(residual)
+        self.solve_into(residual, out)
+        return out
 
 
 class KrylovMatrix:
@@ -133,7 +141,7 @@ class KrylovCallbacks:
         self, t: float, y: Array, yp: Array, residual: Array, result: Array, gamma: float, tolerance: float, side: int
     ) -> None:
         """Solve with the factors."""
-        result[:] = self._preconditioner.solve_folded(residual)
+        self._preconditioner.solve_folded(residual, result)
 
     def multiply(self, t: float, y: Array, yp: Array, vector: Array, product: Array) -> None:
         """Write df/dy times a vector."""

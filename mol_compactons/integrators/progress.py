@@ -9,6 +9,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+REPORT_INTERVAL = 0.2
+"""Seconds between two reports of progress within an output interval."""
+
 Report = Callable[[float], None]
 """Called now and then with the time reached."""
 

@@ -23,13 +23,10 @@ from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.flags import CURES, SETTINGS
 from mol_compactons.integrators.newton import KRYLOV_DIMENSION, KrylovCallbacks
-from mol_compactons.integrators.progress import Counters, Report, no_report
+from mol_compactons.integrators.progress import REPORT_INTERVAL, Counters, Report, no_report
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
-
-REPORT_INTERVAL = 0.2
-"""Seconds between two reports of progress within an output interval."""
 
 HIGHEST_ORDER = {"BDF": 5, "Adams": 12}
 

@@ -1,0 +1,287 @@
+"""An adaptive, L-stable Rosenbrock method of fifth order, Rodas5P, with a mass matrix and banded LU."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.compiled import compiled
+from mol_compactons.configuration import check
+from mol_compactons.errors import IntegrationError, require
+from mol_compactons.integrators.newton import BandedMatrix
+from mol_compactons.integrators.progress import REPORT_INTERVAL, Counters, Report, no_report
+from mol_compactons.semidiscrete import SemiDiscretization
+
+Array = NDArray[np.float64]
+
+STAGES = 8
+ORDER = 5
+
+
+def _lower(rows: tuple[tuple[float, ...], ...]) -> Array:
+    """A strictly lower triangular matrix from its rows, of which the first is empty."""
+    matrix = np.zeros((STAGES, STAGES))
+    for index, row in enumerate(rows, start=1):
+        matrix[index, : len(row)] = row
+    return matrix
+
+
+GAMMA = 0.21193756319429014
+
+_SIXTH = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
+
+STATES = _lower(
+    (
+        (3.0,),
+        (2.849394379747939, 0.45842242204463923),
+        (-6.954028509809101, 2.489845061869568, -10.358996098473584),
+        (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
+        _SIXTH,
+        (*_SIXTH, 1.0),
+        (*_SIXTH, 1.0, 1.0),
+    )
+)
+
+SLOPES = _lower(
+    (
+        (-14.155112264123755,),
+        (-17.97296035885952, -2.859693295451294),
+        (147.12150275711716, -1.41221402718213, 71.68940251302358),
+        (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
+        (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),
+        (
+            30.91273214028599,
+            -3.1208243349937974,
+            77.79954646070892,
+            34.28646028294783,
+            -19.097331116725623,
+            -28.087943162872662,
+        ),
+        (
+            37.80277123390563,
+            -3.2571969029072276,
+            112.26918849496327,
+            66.9347231244047,
+            -40.06618937091002,
+            -54.66780262877968,
+            -9.48861652309627,
+        ),
+    )
+)
+
+INTERPOLATION = np.array(
+    [
+        [
+            25.948786856663858,
+            -2.5579724845846235,
+            10.433815404888879,
+            -2.3679251022685204,
+            0.524948541321073,
+            1.1241088310450404,
+            0.4272876194431874,
+            -0.17202221070155493,
+        ],
+        [
+            -9.91568850695171,
+            -0.9689944594115154,
+            3.0438037242978453,
+            -24.495224566215796,
+            20.176138334709044,
+            15.98066361424651,
+            -6.789040303419874,
+            -6.710236069923372,
+        ],
+        [
+            11.419903575922262,
+            2.8879645146136994,
+            72.92137995996029,
+            80.12511834622643,
+            -52.072871366152654,
+            -59.78993625266729,
+            -0.15582684282751913,
+            4.883087185713722,
+        ],
+    ]
+)
+"""The coefficients of Rodas5P: Steinebach, BIT Numer. Math. 63 (2023) 27, doi:10.1007/s10543-023-00967-x, in the form that
+needs no products with the Jacobian, as tabulated in OrdinaryDiffEq.jl."""
+
+FIRST_STEP = 1e-4
+SMALLEST_STEP = 1e-12
+LARGEST_GROWTH, SMALLEST_GROWTH, CAUTION = 5.0, 0.2, 0.9
+
+
+@dataclass(frozen=True)
+class Rosenbrock:
+    r"""Rodas5P, a Rosenbrock method of order 5 with eight stages, L-stable.
+
+        (M / (gamma h) - J) k_i = f(y + sum a_ij k_j) + M sum c_ij k_j / h
+
+    One Jacobian, one banded LU and eight solves for each step, and no Newton iteration; the frames come from its interpolant
+    of fourth order. For systems with a banded Jacobian; f must not depend on t.
+
+    Parameters
+    ----------
+    rtol : float
+        Relative tolerance of the local error, in the root mean square.
+    atol : float or None
+        Absolute tolerance; None for rtol / 100.
+    max_step : float or None
+        Largest step, nondimensional time.
+    max_steps : int
+        Largest number of steps between two output times.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, or the Jacobian is not banded.
+
+    Notes
+    -----
+    Source: Steinebach, BIT Numer. Math. 63 (2023) 27, doi:10.1007/s10543-023-00967-x.
+    """
+
+    rtol: float = 1e-4
+    atol: float | None = None
+    max_step: float | None = None
+    max_steps: int = 100_000
+
+    def __post_init__(self) -> None:
+        check(self)
+        require(1e-13 <= self.rtol <= 0.1, f"integrator.rtol = {self.rtol:g} must lie between 1e-13 and 0.1; 1e-4 is usual.")
+        for name in ("atol", "max_step"):
+            value = getattr(self, name)
+            require(value is None or value > 0, f"integrator.{name} = {value} must be positive, or none for the default.")
+        require(self.max_steps >= 1, f"integrator.max_steps = {self.max_steps} must be at least 1.")
+
+    def check_system(self, system: SemiDiscretization) -> None:
+        """Refuse a system whose Jacobian is not banded."""
+        require(
+            system.jacobian_vector is None,
+            "Rosenbrock needs a banded Jacobian, which this scheme has not; choose integrator=CVODE(linear_solver='krylov').",
+        )
+
+    def start(self, system: SemiDiscretization, state: Array, t_end: float) -> RosenbrockIntegration:
+        """Begin a run at t = 0 from a state of shape (components, size)."""
+        self.check_system(system)
+        return RosenbrockIntegration(self, system, state, t_end)
+
+
+class RosenbrockIntegration:
+    """A run of the Rosenbrock method in progress, which steps on its own and interpolates the frames."""
+
+    def __init__(self, settings: Rosenbrock, system: SemiDiscretization, state: Array, t_end: float) -> None:
+        self.counters = Counters()
+        self._settings = settings
+        self._system = system
+        self._matrix = BandedMatrix(system)
+        self._t = self._t_before = 0.0
+        self._t_end = t_end
+        self._step = min(FIRST_STEP * t_end, settings.max_step or np.inf)
+        self._last_step = 0.0
+        self._state = state.copy()
+        self._before = state.copy()
+        self._stages = np.zeros((STAGES, *state.shape))
+        self._argument, self._slope, self._rate, self._product = np.empty((4, *state.shape))
+
+    def advance(self, t: float, report: Report = no_report) -> Array:
+        """The state at the output time t, shape (components, size).
+
+        Raises
+        ------
+        IntegrationError
+            If the step becomes too small, or too many are needed.
+        """
+        first, reported = self.counters.steps, time.monotonic()
+        while self._t < t:
+            if self.counters.steps - first >= self._settings.max_steps:
+                raise IntegrationError(
+                    f"Rosenbrock gave up at t = {self._t:.6g}: it did not reach the next output time within max_steps steps; "
+                    "raise integrator.max_steps, or loosen the tolerances.",
+                    self._t,
+                )
+            self._take_step()
+            if time.monotonic() - reported > REPORT_INTERVAL:
+                reported = time.monotonic()
+                report(min(self._t, t))
+        report(t)
+        return self._interpolated(t)
+
+    def _take_step(self) -> None:
+        """One step, repeated with shorter ones until its error is accepted."""
+        settings = self._settings
+        self._matrix.linearize(self._t, self._state)
+        self.counters.jacobians += 1
+        atol = settings.atol if settings.atol is not None else settings.rtol / 100
+        while True:
+            step = self._step
+            if step < SMALLEST_STEP * self._t_end:
+                raise IntegrationError(
+                    f"Rosenbrock gave up at t = {self._t:.6g}: its step became too small, as where a solution loses "
+                    "smoothness; add viscosity, refine the grid, or loosen the tolerances.",
+                    self._t,
+                )
+            error = np.inf
+            if self._matrix.factor_linearized(GAMMA * step):
+                self._compute_stages(step)
+                np.add(self._argument, self._stages[-1], out=self._argument)
+                error = _error(self._stages[-1], self._state, self._argument, settings.rtol, atol)
+            growth = CAUTION * max(error, 1e-10) ** (-1 / ORDER) if np.isfinite(error) else SMALLEST_GROWTH
+            self._step = min(step * min(max(growth, SMALLEST_GROWTH), LARGEST_GROWTH), settings.max_step or np.inf)
+            if error <= 1:
+                break
+            self.counters.failures += 1
+        self._before, self._state, self._argument = self._state, self._argument, self._before
+        self._t_before, self._t, self._last_step = self._t, self._t + step, step
+        self.counters.steps += 1
+
+    def _compute_stages(self, step: float) -> None:
+        """Write the stages, and the argument of the last, with the factors of M - gamma step J."""
+        system = self._system
+        for stage in range(STAGES):
+            _combine(self._state, self._stages, STATES, SLOPES, stage, 1 / step, self._argument, self._slope)
+            system.rhs(self._t, self._argument, self._rate)
+            if stage:
+                system.apply_mass(self._slope, self._product)
+                self._rate += self._product
+            self._rate *= GAMMA * step
+            self._matrix.solve_into(self._rate, self._stages[stage])
+        self.counters.evaluations += STAGES
+
+    def _interpolated(self, t: float) -> Array:
+        """The state at a time within the last step."""
+        if t >= self._t or not self._last_step:
+            return self._state.copy()
+        theta = (t - self._t_before) / self._last_step
+        first, second, third = np.tensordot(INTERPOLATION, self._stages, 1)
+        bend = (1 - theta) * (first + theta * (second + theta * third))
+        return np.asarray((1 - theta) * self._before + theta * (self._state + bend))
+
+
+@compiled
+def _combine(
+    state: Array, stages: Array, states: Array, slopes: Array, stage: int, rate: float, argument: Array, slope: Array
+) -> None:
+    """Write y + sum a_ij k_j and sum c_ij k_j / h for a stage i."""
+    argument[:] = state
+    slope[:] = 0.0
+    for other in range(stage):
+        a, c = states[stage, other], rate * slopes[stage, other]
+        for row in range(state.shape[0]):
+            for j in range(state.shape[1]):
+                argument[row, j] += a * stages[other, row, j]
+                slope[row, j] += c * stages[other, row, j]
+
+
+@compiled
+def _error(difference: Array, old: Array, new: Array, rtol: float, atol: float) -> float:
+    """The root mean square of the error relative to the tolerances."""
+    total = 0.0
+    for row in range(old.shape[0]):
+        for j in range(old.shape[1]):
+            scale = atol + rtol * max(abs(old[row, j]), abs(new[row, j]))
+            total += (difference[row, j] / scale) ** 2
+    return float(np.sqrt(total / old.size))
