@@ -14,6 +14,7 @@ from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.newton import BandedMatrix
 from mol_compactons.integrators.progress import REPORT_INTERVAL, Counters, Report, no_report
 from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.stencils import convolve
 
 Array = NDArray[np.float64]
 
@@ -244,10 +245,10 @@ class RosenbrockIntegration:
         for stage in range(STAGES):
             _combine(self._state, self._stages, STATES, SLOPES, stage, 1 / step, self._argument, self._slope)
             system.rhs(self._t, self._argument, self._rate)
-            if stage:
-                system.apply_mass(self._slope, self._product)
-                self._rate += self._product
-            self._rate *= GAMMA * step
+            if system.mass is None:
+                _complete(self._rate, self._slope, GAMMA * step)
+            else:
+                _complete_with_mass(self._rate, system.mass, self._slope, self._product, GAMMA * step)
             self._matrix.solve_into(self._rate, self._stages[stage])
         self.counters.evaluations += STAGES
 
@@ -274,6 +275,22 @@ def _combine(
             for j in range(state.shape[1]):
                 argument[row, j] += a * stages[other, row, j]
                 slope[row, j] += c * stages[other, row, j]
+
+
+@compiled
+def _complete(rate: Array, slope: Array, factor: float) -> None:
+    """Write (f + s) times a factor into f."""
+    for row in range(rate.shape[0]):
+        for j in range(rate.shape[1]):
+            rate[row, j] = factor * (rate[row, j] + slope[row, j])
+
+
+@compiled
+def _complete_with_mass(rate: Array, mass: Array, slope: Array, product: Array, factor: float) -> None:
+    """Write (f + M s) times a factor into f."""
+    for row in range(rate.shape[0]):
+        convolve(mass, slope[row], product[row])
+    _complete(rate, product, factor)
 
 
 @compiled

@@ -208,13 +208,21 @@ def _subtract_flux_jacobian(
     """Subtract the cyclic diagonals of D1 dF/du, where dF_j/du_k = local_j delta_jk + b_j S_jk slope_k."""
     size = local.size
     reach = (out.shape[0] - 1) // 2
-    for j in range(size):
-        for m in range(-2, 3):
-            row = (j + m) % size
-            weight = first[m + 2]
-            if weight == 0.0:
-                continue
+    for m in range(-2, 3):
+        weight = first[m + 2]
+        if weight == 0.0:
+            continue
+        for j in range(size):
+            row = j + m
+            row = row - size if row >= size else (row + size if row < 0 else row)
             out[reach + m, j] -= weight * local[row]
-            for p in range(-2, 3):
-                if second[p + 2] != 0.0:
-                    out[reach + m + p, j] -= weight * b[row] * second[p + 2] * slope[(row + p) % size]
+        for p in range(-2, 3):
+            if second[p + 2] == 0.0:
+                continue
+            both = weight * second[p + 2]
+            for j in range(size):
+                row = j + m
+                row = row - size if row >= size else (row + size if row < 0 else row)
+                column = row + p
+                column = column - size if column >= size else (column + size if column < 0 else column)
+                out[reach + m + p, j] -= both * b[row] * slope[column]

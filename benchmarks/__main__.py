@@ -1,0 +1,301 @@
+"""Speed at matched error, beside what a user would pick instead: `python -m benchmarks [W1 W2 W3 W4 W5] [-o FOLDER]`.
+
+Install the peers with `pip install .[bench]`. Each work item runs all its candidates in one process, one after the other and
+that several times, each with the loosest of its settings that reaches the error asked for against a reference of another
+make; printed are the least processor time of the repetitions, the ratio to the fastest of ours, the error, steps and
+right-hand sides where they are counted. Tables go to FOLDER as CSV, and the error against the time of W1 as a picture. All
+items take about half an hour, most of it for the references.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import peers
+from mol_compactons import (
+    CVODE,
+    IDA,
+    Compacton,
+    CompactScheme,
+    ConservativeScheme,
+    GranularChain,
+    GranularCompacton,
+    Grid,
+    Lattice,
+    NearestNeighbours,
+    Rosenbrock,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
+
+Array = NDArray[np.float64]
+
+REPEATS = 3
+
+
+@dataclass
+class Candidate:
+    """Something that solves a work item: its settings from loose to tight, and how to run with one of them."""
+
+    name: str
+    ours: bool
+    settings: Sequence[Any]
+    solve: Callable[[Any], tuple[Array, str]]
+    repeats: int = REPEATS
+
+
+@dataclass
+class Row:
+    """One line of a table."""
+
+    name: str
+    setting: str
+    seconds: float
+    error: float
+    counts: str
+    ours: bool
+
+
+def measured(candidate: Candidate, setting: Any, exact: Array) -> Row:
+    """One run."""
+    started = time.process_time()
+    final, counts = candidate.solve(setting)
+    seconds = time.process_time() - started
+    error = float(np.linalg.norm(final - exact) / np.linalg.norm(exact))
+    return Row(candidate.name, f"{setting}", seconds, error, counts, candidate.ours)
+
+
+def compare(title: str, candidates: Sequence[Candidate], exact: Array, most: float, folder: Path) -> list[Row]:
+    """Find for each candidate the loosest setting that is accurate enough, repeat those in turns, and print the table."""
+    tried: list[Row] = []
+    chosen: list[tuple[Candidate, Any]] = []
+    for candidate in candidates:
+        for setting in candidate.settings:
+            try:
+                row = measured(candidate, setting, exact)
+            except Exception as failure:
+                print(f"  {candidate.name} at {setting}: {type(failure).__name__}: {failure}", file=sys.stderr)
+                continue
+            tried.append(row)
+            print(f"  {row.name} at {row.setting}: {row.seconds:.2f} s, {row.error:.1e}", file=sys.stderr, flush=True)
+            if row.error <= most:
+                chosen.append((candidate, setting))
+                break
+    rows: dict[str, Row] = {}
+    for turn in range(REPEATS):
+        for candidate, setting in chosen:
+            if turn < candidate.repeats:
+                row = measured(candidate, setting, exact)
+                if candidate.name not in rows or row.seconds < rows[candidate.name].seconds:
+                    rows[candidate.name] = row
+    show(f"{title}, error at most {most:g}", list(rows.values()), folder)
+    return tried
+
+
+def show(title: str, rows: Sequence[Row], folder: Path) -> None:
+    """Print a table in Markdown, and write it as CSV."""
+    best = min((row.seconds for row in rows if row.ours), default=np.nan)
+    sundials = min((row.seconds for row in rows if row.ours and "Rosenbrock" not in row.name), default=np.nan)
+    print(f"\n{title}\n\n| solver | setting | CPU s | / fastest of ours | / ours by SUNDIALS | error | counts |")
+    print("|---|---|---|---|---|---|---|")
+    for row in sorted(rows, key=lambda row: row.seconds):
+        print(
+            f"| {row.name} | {row.setting} | {row.seconds:.3f} | {row.seconds / best:.1f} | {row.seconds / sundials:.1f} | "
+            f"{row.error:.1e} | {row.counts} |",
+            flush=True,
+        )
+    with (folder / f"{title.split(':')[0]}.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["solver", "setting", "cpu_seconds", "relative_l2_error", "counts"])
+        writer.writerows([row.name, row.setting, row.seconds, row.error, row.counts] for row in rows)
+
+
+def counted(simulation: Simulation, variable: str = "W") -> tuple[Array, str]:
+    """The last frame of one of our runs, and what it took."""
+    dataset = run(simulation)
+    return dataset[variable].values[-1], f"{dataset.attrs['solver_steps']} steps, {dataset.attrs['solver_evaluations']} f"
+
+
+def compacton_run(speeds: Sequence[float], centers: Sequence[float], length: float, size: int, t_end: float) -> Simulation:
+    """The paper's scheme with a viscosity of 1e-3 and ten frames for each unit of time."""
+    return Simulation(
+        equation=GranularCompacton(3),
+        grid=Grid(length, size),
+        scheme=CompactScheme("wide", 1e-3),
+        initial=[Compacton(speed, center) for speed, center in zip(speeds, centers, strict=True)],
+        t_end=t_end,
+        frames=round(10 * t_end) + 1,
+    )
+
+
+def of_the_compact_scheme(simulation: Simulation, slow_peers: bool) -> tuple[list[Candidate], Array]:
+    """All who can solve the paper's semi-discrete system, and its solution by an explicit method of high order."""
+    grid, times = simulation.grid, simulation.times
+    system = peers.CompactSystem(grid.length, grid.size, 1e-3)
+    start = simulation.initial_state()[0]
+
+    def ours(integrator: Any) -> tuple[Array, str]:
+        return counted(replace(simulation, integrator=integrator))
+
+    def theirs(solve: Callable[[peers.CompactSystem, Array, Array, float], Array]) -> Callable[[Any], tuple[Array, str]]:
+        return lambda setting: (solve(system, start, times, setting)[-1], "")
+
+    tolerances = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
+    candidates = [
+        Candidate("ours, Rosenbrock", True, [Rosenbrock(rtol=rtol) for rtol in tolerances], ours),
+        Candidate("ours, IDA", True, [IDA(rtol=rtol) for rtol in tolerances], ours),
+        Candidate("ours, IDA, order 5", True, [IDA(rtol=rtol, max_order=5) for rtol in tolerances], ours),
+        Candidate("CasADi IDAS", False, tolerances, theirs(peers.by_casadi)),
+        Candidate("midpoint with splu", False, (0.02, 0.01, 0.005, 0.0025, 0.00125), theirs(peers.by_midpoint), 1),
+    ]
+    if slow_peers:
+        tight = (1e-4, 1e-5, 1e-6, 1e-7)
+        for method in ("BDF", "Radau", "LSODA"):
+            candidates.append(Candidate(f"solve_ivp {method}", False, tight, theirs(peers.by_solve_ivp(method)), 1))
+        candidates.append(Candidate("scikit-sundae IDA, dense", False, tight, theirs(peers.by_scikit_sundae), 1))
+    return candidates, peers.reference(system, start, times)[-1]
+
+
+def single(folder: Path) -> None:
+    """W1: one compacton, N = 600, L = 30, t = 14, 141 frames."""
+    candidates, exact = of_the_compact_scheme(compacton_run((1,), (5.5,), 30, 600, 14), slow_peers=True)
+    rows = compare("W1: one compacton, N = 600, t = 14", candidates, exact, 1e-5, folder)
+    picture(rows, folder / "W1.png")
+
+
+def collision(folder: Path) -> None:
+    """W2: two compactons, N = 1200, L = 60, t = 40, 401 frames."""
+    candidates, exact = of_the_compact_scheme(compacton_run((1, 0.25), (5.5, 15.5), 60, 1200, 40), slow_peers=False)
+    compare("W2: a collision, N = 1200, t = 40", candidates, exact, 1e-4, folder)
+
+
+def scaling(folder: Path) -> None:
+    """W3: the cost of an unknown and a step against N, each N in a process of its own."""
+    print(
+        "\nW3: cost against N, paper's scheme, IDA, t = 0.02\n\n| N | steps | microseconds / (N step) | peak MB |\n|---|---|---|---|"
+    )
+    lines = []
+    for size in (600, 1200, 2400, 4800, 9600, 19200, 38400, 76800):
+        command = [sys.executable, "-c", f"from benchmarks.__main__ import one_size; one_size({size})"]
+        line = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ).stdout.strip()
+        print(line, flush=True)
+        lines.append(line)
+    (folder / "W3.csv").write_text("\n".join(line.strip("| ").replace(" | ", ",") for line in lines) + "\n")
+
+
+def one_size(size: int) -> None:
+    """One line of W3; the grid grows with N at the spacing of the paper, so that the stiffness stays."""
+    simulation = replace(compacton_run((1,), (5.5,), size / 20, size, 0.2), frames=2, integrator=IDA(rtol=1e-5))
+    run(replace(simulation, t_end=1e-4))
+    dataset = run(simulation)
+    steps = dataset.attrs["solver_steps"]
+    cost = 1e6 * dataset.attrs["cpu_seconds"] / steps / size
+    print(f"| {size} | {steps} | {cost:.4f} | {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} |")
+
+
+def chains(folder: Path) -> None:
+    """W4: the granular chain, 1,000 and 100,000 grains, n = 3 and 3/2, t = 10."""
+    from scipy.integrate import solve_ivp
+
+    for n in (3.0, 1.5):
+        for size in (1000, 100_000):
+            simulation = Simulation(
+                equation=GranularChain(n),
+                grid=Lattice(size),
+                scheme=NearestNeighbours(),
+                initial=[SolitaryWave(speed=1, center=20 + 50 * index) for index in range(10)],
+                t_end=10,
+                frames=2,
+            )
+            exact = np.sum([wave.values(simulation.equation, simulation.grid, 10.0)[0] for wave in simulation.initial], axis=0)
+            start = simulation.initial_state().ravel()
+
+            def rates(t: float, y: Array, n: float = n, size: int = size) -> Array:
+                force = np.abs(y[:size]) ** (n - 1) * y[:size]
+                return np.concatenate([y[size:], np.roll(force, 1) - 2 * force + np.roll(force, -1)])
+
+            def scipy_solve(rtol: float, start: Array = start, size: int = size, rates: Any = rates) -> tuple[Array, str]:
+                solution = solve_ivp(rates, (0, 10), start, "DOP853", t_eval=[10.0], rtol=rtol, atol=rtol / 100)
+                return solution.y[:size, -1], f"{solution.nfev} f"
+
+            def ours(integrator: Any, simulation: Simulation = simulation) -> tuple[Array, str]:
+                return counted(replace(simulation, integrator=integrator), "R")
+
+            steps = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01)
+            candidates = [
+                Candidate("ours, Symplectic, order 4", True, [Symplectic(step, 4) for step in steps], ours),
+                Candidate("ours, Symplectic, order 6", True, [Symplectic(step, 6) for step in steps], ours),
+                Candidate("ours, Symplectic, Verlet", True, [Symplectic(step, 2) for step in (*steps, 5e-3, 2e-3)], ours, 1),
+                Candidate("solve_ivp DOP853, numpy", False, (1e-3, 1e-4, 1e-5, 1e-6, 1e-7), scipy_solve, 1),
+            ]
+            compare(f"W4 n={n:g} {size} grains: solitary waves, t = 10", candidates, exact, 1e-5, folder)
+
+
+def schemes(folder: Path) -> None:
+    """W5: one compacton, n = 3, t = 14: error against the exact solution for each of our schemes."""
+    base = replace(compacton_run((1,), (5.5,), 30, 600, 14), frames=2)
+    rows = []
+    for name, scheme, size, integrator in (
+        ("the paper's scheme and viscosity, IDA", CompactScheme("wide", 1e-3), 600, IDA(rtol=1e-4)),
+        ("the same, Rosenbrock", CompactScheme("wide", 1e-3), 600, Rosenbrock(rtol=1e-3)),
+        ("nearest, eps = 1e-5, IDA", CompactScheme("nearest", 1e-5), 600, IDA(rtol=1e-5)),
+        ("conservative, order 6, N = 75, CVODE", ConservativeScheme(6), 75, CVODE(rtol=1e-3)),
+        ("conservative, order 6, N = 75, Rosenbrock", ConservativeScheme(6), 75, Rosenbrock(rtol=1e-2)),
+        ("conservative, order 6, N = 150, Rosenbrock", ConservativeScheme(6), 150, Rosenbrock(rtol=1e-3)),
+        ("conservative, order 6, N = 300, CVODE", ConservativeScheme(6), 300, CVODE(rtol=1e-5)),
+        ("conservative, order 6, N = 300, Rosenbrock", ConservativeScheme(6), 300, Rosenbrock(rtol=1e-3)),
+    ):
+        simulation = replace(base, scheme=scheme, grid=Grid(30, size), integrator=integrator)
+        exact = base.initial[0].values(base.equation, simulation.grid, 14.0)[0]
+        candidate = Candidate(name, True, [simulation], counted)
+        rows.append(min((measured(candidate, simulation, exact) for _ in range(REPEATS)), key=lambda row: row.seconds))
+        rows[-1].setting = f"rtol {integrator.rtol:g}"
+    show("W5: one compacton, n = 3, t = 14, against the exact solution", rows, folder)
+
+
+def picture(rows: Sequence[Row], path: Path) -> None:
+    """Error against processor time."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    axes = figure.subplots()
+    for name in dict.fromkeys(row.name for row in rows):
+        own = sorted((row.seconds, row.error) for row in rows if row.name == name)
+        axes.loglog(*zip(*own, strict=True), "o-" if name.startswith("ours") else "s--", label=name, markersize=4)
+    axes.set(xlabel="CPU seconds", ylabel="relative L2 error", title="W1: one compacton, N = 600, t = 14")
+    axes.legend(frameon=False, fontsize=8)
+    figure.savefig(path, dpi=110)
+
+
+ITEMS = {"W1": single, "W2": collision, "W3": scaling, "W4": chains, "W5": schemes}
+
+
+def main() -> None:
+    """Run the items asked for."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("items", nargs="*", choices=[*ITEMS, []], help="which work items; by default all")
+    parser.add_argument("-o", "--output", default=".", metavar="FOLDER", help="where tables and picture go")
+    options = parser.parse_args()
+    folder = Path(options.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    for item in options.items or ITEMS:
+        ITEMS[item](folder)
+
+
+if __name__ == "__main__":
+    main()
