@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.integrate import solve_ivp
@@ -125,3 +126,25 @@ def by_scikit_sundae(system: CompactSystem, start: Array, times: Array, rtol: fl
 
     solver = IDA(residual, rtol=rtol, atol=rtol / 100, max_num_steps=10**6)
     return np.asarray(solver.solve(times, start, system.rate(start)).y)
+
+
+@njit(cache=True)
+def _verlet(stress: Array, rate: Array, force: Array, n: float, step: float, steps: int) -> None:
+    size = stress.size
+    for index in range(steps + 1):
+        for k in range(size):
+            force[k] = abs(stress[k]) ** (n - 1) * stress[k]
+        kick = 0.5 * step if index in (0, steps) else step
+        for k in range(size):
+            rate[k] += kick * (force[k - 1] - 2 * force[k] + force[(k + 1) % size])
+        if index < steps:
+            for k in range(size):
+                stress[k] += step * rate[k]
+
+
+def by_verlet(n: float, start: Array, t_end: float, step: float) -> tuple[Array, str]:
+    """Verlet's method for the chain, as one writes it with numba in ten lines."""
+    size = start.size // 2
+    stress, rate = start[:size].copy(), start[size:].copy()
+    _verlet(stress, rate, np.empty(size), n, step, round(t_end / step))
+    return stress, f"{round(t_end / step)} f"
