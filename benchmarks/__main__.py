@@ -239,8 +239,10 @@ def chains(folder: Path) -> None:
                 for order in (4, 6)
             ]
             candidates += [
-                Candidate("solve_ivp DOP853, numpy", False, (1e-5, 1e-6, 1e-7, 1e-8), partial(by_scipy, n, start, t_end)),
-                Candidate("Verlet, numba", False, (0.02, 0.01, 5e-3, 2e-3), partial(peers.by_verlet, n, start, t_end), 1),
+                Candidate(
+                    "solve_ivp DOP853, numpy", False, (1e-6, 1e-7, 1e-8, 1e-9, 1e-10), partial(by_scipy, n, start, t_end)
+                ),
+                Candidate("Verlet, numba", False, (5e-3, 2e-3, 1e-3, 5e-4), partial(peers.by_verlet, n, start, t_end), 1),
             ]
             compare(f"W4 n={n:g} {size} grains: a solitary wave, t = {t_end:g}", candidates, exact, 1e-5, folder)
 

@@ -71,6 +71,67 @@ def stiffnesses(stress: Array, strengths: Array, static: Array, law: Law) -> Arr
 
 
 @compiled
+def _move_and_push(stress: Array, rate: Array, drift: float, strength: float, static: float, law: Law, forces: Array) -> None:
+    """Add drift times the rate to the stresses of equal contacts and write their forces, from place 1 on.
+
+    The usual exponents have loops of their own, which the compiler vectorises.
+    """
+    plus, minus, exponent, linear = law
+    plus, minus = strength * plus, strength * minus
+    if exponent == 1.5:
+        for k in range(stress.size):
+            stress[k] += drift * rate[k]
+            z = stress[k] + static
+            size = abs(z)
+            forces[k + 1] = (plus if z > 0.0 else minus) * (size * math.sqrt(size)) + linear * z
+    elif exponent == 2.0:
+        for k in range(stress.size):
+            stress[k] += drift * rate[k]
+            z = stress[k] + static
+            forces[k + 1] = (plus if z > 0.0 else minus) * (z * z) + linear * z
+    elif exponent == 3.0:
+        for k in range(stress.size):
+            stress[k] += drift * rate[k]
+            z = stress[k] + static
+            size = abs(z)
+            forces[k + 1] = (plus if z > 0.0 else minus) * (size * size * size) + linear * z
+    else:
+        for k in range(stress.size):
+            stress[k] += drift * rate[k]
+            forces[k + 1] = force(stress[k] + static, strength, law)
+
+
+@compiled
+def stage_of_equal_contacts(
+    stress: Array,
+    rate: Array,
+    drift: float,
+    kick: float,
+    strength: float,
+    static: float,
+    inverse_mass: float,
+    push: float,
+    law: Law,
+    ends: int,
+    forces: Array,
+) -> None:
+    """The same as `stage_of_stresses` for equal grains and contacts; `forces` is scratch, shape (N + 2,)."""
+    size = stress.size
+    _move_and_push(stress, rate, drift, strength, static, law, forces)
+    forces[0], forces[size + 1] = push, push
+    if ends == PERIODIC:
+        forces[0], forces[size + 1] = forces[size], forces[1]
+    elif ends == FIXED:
+        forces[0], forces[size + 1] = forces[1], forces[size]
+    first, last = rate[0], rate[size - 1]
+    factor = kick * inverse_mass
+    for k in range(size):
+        rate[k] += factor * (forces[k] - 2.0 * forces[k + 1] + forces[k + 2])
+    if ends == HELD:
+        rate[0], rate[size - 1] = first, last
+
+
+@compiled
 def stage_of_stresses(
     stress: Array,
     rate: Array,
@@ -171,6 +232,8 @@ def split_steps(
     in_stresses: bool,
 ) -> None:
     """`count` steps of a splitting method that begins and ends with a kick; kicks between two steps are done at once."""
+    equal = in_stresses and strengths.size == static.size == inverse_masses.size == 1
+    forces = np.empty(state.shape[1] + 2 if equal else 0)
     for index in range(count):
         for stage in range(kicks.size):
             if stage == 0 and index > 0:
@@ -179,7 +242,11 @@ def split_steps(
             kick = step * kicks[stage]
             if stage == kicks.size - 1 and index + 1 < count:
                 kick += step * kicks[0]
-            if in_stresses:
+            if equal:
+                stage_of_equal_contacts(
+                    state[0], state[1], drift, kick, strengths[0], static[0], inverse_masses[0], push, law, ends, forces
+                )
+            elif in_stresses:
                 stage_of_stresses(state[0], state[1], drift, kick, strengths, static, inverse_masses, push, law, ends)
             else:
                 stage_of_displacements(state[0], state[1], drift, kick, strengths, static, inverse_masses, push, law, ends)
