@@ -54,6 +54,7 @@ def parser() -> Parser:
     )
     run.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     run.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    run.add_argument("--keep-subnormals", action="store_true", help="do not count numbers below 2.2e-308 as zero (slower)")
     run.set_defaults(handle=_run)
 
     info = commands.add_parser("info", help="say what is in a result")
@@ -124,7 +125,8 @@ def _run(options: argparse.Namespace) -> None:
     path = Path(options.output or f"{Path(options.scenario).stem}.nc")
     check_target(path, options.overwrite)
     with progress_bar(simulation.t_end, options.quiet) as report:
-        dataset = run(simulation, path, overwrite=options.overwrite, report=report)
+        flush = not options.keep_subnormals
+        dataset = run(simulation, path, overwrite=options.overwrite, report=report, flush_subnormals=flush)
     if not options.quiet:
         print(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset), sep="\n")
     dataset.close()

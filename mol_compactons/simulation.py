@@ -27,6 +27,7 @@ from mol_compactons.nesterenko import Nesterenko
 from mol_compactons.periodic_waves import PeriodicWave
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.subnormals import flushing_subnormals
 from mol_compactons.waves import Compacton, Impact, Ripple, Samples, Uniform, superpose
 
 if TYPE_CHECKING:
@@ -142,6 +143,7 @@ def run(
     *,
     overwrite: bool = False,
     report: Report = no_report,
+    flush_subnormals: bool = True,
 ) -> xr.Dataset:
     """Integrate a simulation and return its frames as a labelled Dataset.
 
@@ -156,6 +158,8 @@ def run(
         Whether a file that exists may be replaced.
     report : callable, optional
         Called now and then with the time reached.
+    flush_subnormals : bool
+        Whether numbers below 2.2e-308 count as zero during the run, where the machine allows it.
 
     Returns
     -------
@@ -184,7 +188,7 @@ def run(
     status, failure = "interrupted at t = 0", None
     try:
         recorder.append(0.0, state, system.invariants(state))
-        with stopping_on_signals(report) as watch:
+        with stopping_on_signals(report) as watch, flushing_subnormals(flush_subnormals):
             for t in simulation.times[1:]:
                 state = integration.advance(t, watch)
                 recorder.append(t, state, system.invariants(state))
