@@ -91,6 +91,7 @@ def described(setting: Any) -> str:
 def compare(title: str, candidates: Sequence[Candidate], exact: Array, most: float, folder: Path) -> list[Row]:
     """Find for each candidate the loosest setting that is accurate enough, repeat those in turns, and print the table."""
     tried: list[Row] = []
+    rows: dict[str, Row] = {}
     chosen: list[tuple[Candidate, Any]] = []
     for candidate in candidates:
         for setting in candidate.settings:
@@ -102,15 +103,14 @@ def compare(title: str, candidates: Sequence[Candidate], exact: Array, most: flo
             tried.append(row)
             print(f"  {row.name} at {row.setting}: {row.seconds:.2f} s, {row.error:.1e}", file=sys.stderr, flush=True)
             if row.error <= most:
-                chosen.append((candidate, setting))
+                rows[candidate.name] = row
+                if candidate.repeats > 1:
+                    chosen.append((candidate, setting))
                 break
-    rows: dict[str, Row] = {}
-    for turn in range(REPEATS):
+    for _ in range(REPEATS):
         for candidate, setting in chosen:
-            if turn < candidate.repeats:
-                row = measured(candidate, setting, exact)
-                if candidate.name not in rows or row.seconds < rows[candidate.name].seconds:
-                    rows[candidate.name] = row
+            row = measured(candidate, setting, exact)
+            rows[candidate.name] = min(row, rows[candidate.name], key=lambda row: row.seconds)
     show(f"{title}, error at most {most:g}", list(rows.values()), folder)
     return tried
 
@@ -173,7 +173,7 @@ def of_the_compact_scheme(simulation: Simulation, slow_peers: bool) -> tuple[lis
     ]
     if slow_peers:
         tight = (1e-4, 1e-5, 1e-6, 1e-7)
-        for method in ("BDF", "Radau", "LSODA"):
+        for method in ("LSODA", "BDF", "Radau"):
             candidates.append(Candidate(f"solve_ivp {method}", False, tight, theirs(peers.by_solve_ivp(method)), 1))
         candidates.append(Candidate("scikit-sundae IDA, dense", False, tight, theirs(peers.by_scikit_sundae), 1))
     return candidates, peers.reference(system, start, times)[-1]
