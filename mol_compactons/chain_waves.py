@@ -31,6 +31,12 @@ POINTS_PER_SITE = 32
 
 MOST_ITERATIONS = 2000
 
+BLOCK = 256
+"""How many values of a series are computed at once."""
+
+SLOWEST, FASTEST = 1e-6, 1e6
+"""The speeds for which a wave is computed."""
+
 CONVERGED_BELOW = 1e-15
 """The iteration ends when the profile changes by less than this, relative to its height, or no longer improves."""
 
@@ -78,8 +84,13 @@ class SolitaryProfile:
         z = np.asarray(z, dtype=float)
         value = np.zeros_like(z)
         inside = np.abs(z) < self.half_length
-        angles = np.pi / self.half_length * np.multiply.outer(z[inside], np.arange(coefficients.size))
-        value[inside] = np.cos(angles) @ coefficients
+        places = z[inside]
+        series = np.empty_like(places)
+        for start in range(0, places.size, BLOCK):
+            block = slice(start, start + BLOCK)
+            angles = np.pi / self.half_length * np.multiply.outer(places[block], np.arange(coefficients.size))
+            series[block] = np.cos(angles) @ coefficients
+        value[inside] = series
         return value
 
     @property
@@ -132,6 +143,10 @@ def solitary_profile(chain: GranularChain, speed: float, sign: int = 1) -> Solit
     >>> round(profile.kinetic_energy / (profile.kinetic_energy + profile.potential_energy), 9)  # (n+1) / (n+3)
     0.666666667
     """
+    require(
+        SLOWEST <= abs(speed) <= FASTEST,
+        f"SolitaryWave.speed = {speed:g} must lie between {SLOWEST:g} and {FASTEST:g} to either side.",
+    )
     require(not chain.masses and not chain.strengths, "The exact solitary wave is that of a chain of equal grains.")
     chain.check_sign(sign)
     require(
@@ -151,10 +166,11 @@ def _profile(n: float, strength: float, linear: float, static: float, speed: flo
         f"SolitaryWave.speed = {speed:g} is not faster than sound, {sound:.6g}; solitary waves of the chain are supersonic.",
     )
     half_length = float(math.ceil(_half_length(n, speed, sound)))
+    near_sound = f"SolitaryWave.speed = {speed:g} is too near to that of sound, {sound:.6g}"
+    cause = near_sound if sound else f"n = {n:g} is too near to 1"
     require(
         half_length <= LONGEST_PROFILE,
-        f"SolitaryWave.speed = {speed:g} is too near to that of sound, {sound:.6g}: the wave is longer than "
-        f"{LONGEST_PROFILE:g} sites; choose a higher speed.",
+        f"{cause}: the wave is longer than {LONGEST_PROFILE:g} sites; choose a higher one.",
     )
     size = int(2 * half_length) * POINTS_PER_SITE
     wavenumbers = np.pi / half_length * np.arange(size // 2 + 1)
@@ -170,7 +186,7 @@ def _profile(n: float, strength: float, linear: float, static: float, speed: flo
     z = half_length * (2 * np.arange(size) / size - 1)
     height = ((speed**2 - sound**2) * (n + 1) / (2 * strength)) ** (1 / (n - 1)) if not static else speed**2 / sound**2 - 1
     decay = (n - 1) / (n + 1) / math.sqrt(n / (6 * (n + 1)))
-    stress = height / np.cosh(decay * z) ** 2
+    stress = height / np.cosh(np.minimum(decay * np.abs(z), 300.0)) ** 2
     gamma = n / (n - 1) if not static else 2.0
     best = np.inf
     for _ in range(MOST_ITERATIONS):

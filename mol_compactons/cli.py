@@ -108,7 +108,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("mol-compactons: there is not enough memory; choose a smaller grid.size.", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("mol-compactons: interrupted; the frames written so far are kept.", file=sys.stderr)
+        kept = "the frames written so far are kept" if options.command == "run" else "nothing was written"
+        print(f"mol-compactons: interrupted; {kept}.", file=sys.stderr)
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -204,11 +205,11 @@ def _converge(options: argparse.Namespace) -> None:
     if path.suffix.lower() not in (".nc", ".png"):
         raise InputError(f"{path} must end in .nc, to store the study, or .png, to draw it.")
     tree = converge(simulation, family, (lambda line: None) if options.quiet else print)
-    print(*report(tree), sep="\n")
     if path.suffix.lower() == ".nc":
         write_tree(tree, path)
-        print(f"wrote {path}")
+        print(*report(tree), f"wrote {path}", sep="\n")
     else:
+        print(*report(tree), sep="\n")
         _save(convergence_overview(tree), path)
 
 

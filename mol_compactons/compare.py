@@ -49,15 +49,17 @@ def continuum_of(chain: Simulation, points_per_site: int = 16) -> Simulation:
     """
     equation = _chain_of(chain)
     require(equation.linear == 0, "A chain with a linear term does not follow the granular compacton equation; set linear=0.")
-    scale = lattice_scale(equation)
+    compactons, scale = _compactons_of(chain), lattice_scale(equation)
+    require(
+        min(wave.speed for wave in compactons) > 0,
+        "The granular compacton equation has waves to the right only; give the compactons of the chain positive speeds.",
+    )
     return Simulation(
         title=f"The continuum of: {chain.title}",
         equation=GranularCompacton(equation.n),
         grid=Grid(length=chain.grid.size / scale, size=chain.grid.size * points_per_site),
         scheme=ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6),
-        initial=[
-            Compacton(wave.speed**2 / equation.strength, wave.center / scale, wave.sign) for wave in _compactons_of(chain)
-        ],
+        initial=[Compacton(wave.speed**2 / equation.strength, wave.center / scale, wave.sign) for wave in compactons],
         t_end=chain.t_end * math.sqrt(equation.strength) / scale,
         frames=chain.frames,
         integrator=CVODE(rtol=1e-6),
@@ -98,6 +100,12 @@ def _chain_of(simulation: Simulation) -> GranularChain:
 
 
 def _compactons_of(simulation: Simulation) -> list[Compacton]:
+    """The initial data of a chain of equal grains that is not compressed, if it is compactons alone."""
+    equation = _chain_of(simulation)
+    require(
+        not (equation.compression or equation.masses or equation.strengths),
+        "A continuum is that of equal grains without compression; set compression=0, and no masses or strengths.",
+    )
     compactons = [wave for wave in simulation.initial if isinstance(wave, Compacton)]
     require(
         len(compactons) == len(simulation.initial),
@@ -178,11 +186,19 @@ def compare(chain: xr.Dataset, continuum: xr.Dataset) -> xr.Dataset:
         abs(length - sites) < 1e-9 * sites,
         f"The continuum is {length:.6g} sites long, and the chain {sites}; choose one length, as continuum_of does.",
     )
+    require(
+        abs(x[0]) < 1e-9 * sites and mapped.sizes["t"] >= 4,
+        f"The continuum begins at x = {x[0]:.6g} and has {mapped.sizes['t']} frames; it must begin at 0 and have at least 4.",
+    )
     times = chain.t.values[chain.t.values <= float(mapped.t[-1]) * (1 + 1e-12)]
     wrapped = xr.concat([mapped, mapped.isel(x=[0]).assign_coords(x=[x[0] + length])], "x", join="outer")
     at_sites = wrapped.interp(t=np.minimum(times, float(mapped.t[-1])), x=chain.k.values, method="cubic").values
     stress = chain.R.values[: times.size]
     own, other = track(chain), track(continuum)
+    require(
+        own.sizes["wave"] == other.sizes["wave"],
+        f"The chain has {own.sizes['wave']} waves and the continuum {other.sizes['wave']}; start both from the same.",
+    )
     scale = float(x[1] - x[0]) / float(continuum.x[1] - continuum.x[0])
     other = other.assign_coords(t=mapped.t.values).interp(t=times)
     norms = np.linalg.norm(stress, axis=1)

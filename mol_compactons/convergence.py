@@ -3,7 +3,7 @@
 For each limit and each scheme the values on three grids or more give an observed rate and, by Richardson's extrapolation, a
 limit for h -> 0 with an uncertainty (Roache, Annu. Rev. Fluid Mech. 29 (1997) 123, doi:10.1146/annurev.fluid.29.1.123).
 Viscosities, tolerances and schemes give one more part of the budget each, and nothing is called converged unless each
-was varied, independent schemes agree, and the whole budget is below the accuracy asked for.
+that matters was varied, independent schemes agree, and the whole budget is below the accuracy asked for.
 """
 
 from __future__ import annotations
@@ -84,6 +84,8 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
     ------
     InputError
         If the family has a single member, or the simulation no grid to refine.
+    IntegrationError
+        If no member ran to its end.
     """
     import xarray as xr
 
@@ -94,6 +96,8 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
         "The family has a single member, from which nothing can be learnt; vary sizes, schemes, viscosities or tolerances.",
     )
     results, failed = _run_all(members, notice)
+    if not results:
+        raise IntegrationError(f"No member of the family ran to its end; the first: {failed[0]}", 0.0)
     root = attributes(simulation) | {
         "title": f"Convergence: {simulation.title}",
         "family": json.dumps(encode(family)),
@@ -120,8 +124,7 @@ def judge(study: xr.DataTree, accuracy: float | None = None) -> xr.DataTree:
     family = replace(family, accuracy=family.accuracy if accuracy is None else accuracy)
     members = study["members"].children
     outcomes = [_outcome(member.to_dataset(), family.sizes[0]) for member in members.values()]
-    limits = [limit for limit, used in family.limits.items() if used]
-    assessments = {limit: _assess(family, [o for o in outcomes if o.member.limit == limit]) for limit in limits}
+    assessments = {limit: _assess(family, [o for o in outcomes if o.member.limit == limit]) for limit in family.limits}
     root = xr.Dataset(attrs=study.attrs | {"family": json.dumps(encode(family))})
     groups = {f"/members/{name}": member.to_dataset() for name, member in members.items()}
     own = {"/": root, "/summary": _summary(assessments), "/ladder": _ladder(assessments, outcomes), "/members": xr.Dataset()}
@@ -163,9 +166,8 @@ def _outcome(result: xr.Dataset, coarsest: int) -> Outcome:
     member = Member(kind, scheme, float(result.attrs["viscosity"]), float(result.attrs["tolerance"]), simulation)
     profile = _on_grid(result[simulation.equation.variables[0]].values, coarsest) * np.sqrt(simulation.grid.length / coarsest)
     values, scales = {"profile": profile}, {"profile": float(np.linalg.norm(profile))}
-    for quantity, change in drift(
-        result[["mass", *(set(conserved_names(result)) & {"momentum", "energy"})]]
-    ).data_vars.items():
+    conserved = [name for name in ("mass", "momentum", "energy") if name in result]
+    for quantity, change in drift(result[conserved]).data_vars.items():
         values[f"{quantity} drift"], scales[f"{quantity} drift"] = np.array(float(change[-1])), 1.0
     if "position" in result:
         _add_waves(values, scales, result, simulation)
@@ -233,7 +235,6 @@ class Assessment:
     """The judgement of one quantity in one limit; errors in its units; limits for h -> 0 by scheme and viscosity."""
 
     limits: dict[tuple[str, float], Array]
-
     value: Array
     budget: dict[str, float]
     rate: float
@@ -282,30 +283,34 @@ def _unknown(reason: str) -> Assessment:
     return Assessment({}, np.array(np.nan), dict.fromkeys(BUDGET, np.nan), np.nan, 1.0, NOT_CONVERGED, reason)
 
 
+def _error_of_time(
+    quantity: str, outcomes: Sequence[Outcome], precise: Sequence[Outcome], viscosity: float
+) -> tuple[float, list[str]]:
+    """How far the next tolerance is from the tightest on the finest grid that has both, and what is missing."""
+    for one in sorted(precise, key=lambda outcome: -outcome.member.size):
+        same = [o for o in outcomes if (o.member.size, o.member.viscosity) == (one.member.size, viscosity)]
+        looser = [o for o in same if o.member.tolerance > one.member.tolerance]
+        if looser and one.member.viscosity == viscosity:
+            nearest = min(looser, key=lambda outcome: outcome.member.tolerance)
+            return distance(nearest.values[quantity], one.values[quantity]), []
+    return 0.0, ["only one tolerance"]
+
+
 def _gather(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     """Extrapolate the values of one scheme in h for each viscosity, and then in the viscosity."""
     tightest = min(outcome.member.tolerance for outcome in outcomes)
-    viscosities = sorted({outcome.member.viscosity for outcome in outcomes}, reverse=True)
-    finest = max(outcome.member.size for outcome in outcomes)
-    at_finest = [o for o in outcomes if o.member.size == finest and o.member.viscosity == viscosities[-1]]
-    by_tolerance = {o.member.tolerance: o.values[quantity] for o in at_finest}
-    in_time = [distance(value, by_tolerance[tightest]) for tolerance, value in by_tolerance.items() if tolerance > tightest]
-    gaps = [] if in_time else ["only one tolerance"]
-    time_error = min(in_time, default=0.0)
+    precise = [outcome for outcome in outcomes if outcome.member.tolerance == tightest]
+    viscosities = sorted({outcome.member.viscosity for outcome in precise}, reverse=True)
+    time_error, gaps = _error_of_time(quantity, outcomes, precise, viscosities[-1])
     order = formal_order(outcomes[0].member.simulation.scheme)
     floor = 2 * time_error + 1e-12 * max(outcome.scales[quantity] for outcome in outcomes)
     limits: dict[float, Extrapolation] = {}
     ladder: list[Outcome] = []
     for viscosity in viscosities:
-        ladder = sorted(
-            (o for o in outcomes if o.member.viscosity == viscosity and o.member.tolerance == tightest),
-            key=lambda outcome: outcome.member.size,
-        )
-        if ladder:
-            spacings = [outcome.member.simulation.grid.spacing for outcome in ladder]
-            limits[viscosity] = extrapolate(
-                spacings, [outcome.values[quantity] for outcome in ladder], order, CAUTIOUS_ORDER, floor
-            )
+        ladder = sorted((o for o in precise if o.member.viscosity == viscosity), key=lambda outcome: outcome.member.size)
+        spacings = [outcome.member.simulation.grid.spacing for outcome in ladder]
+        values = [outcome.values[quantity] for outcome in ladder]
+        limits[viscosity] = extrapolate(spacings, values, order, CAUTIOUS_ORDER, floor)
     by_viscosity = list(limits.values())
     space = by_viscosity[-1]
     irregularities = []

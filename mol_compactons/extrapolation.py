@@ -86,7 +86,7 @@ def extrapolate(
     if max(coarse, fine) <= floor:
         return Extrapolation(last, SAFETY * max(coarse, fine), np.nan, shrinking=True)
     aligned = float(np.sum((values[-1] - values[-2]) * (values[-2] - values[-3]))) > 0
-    rate = _rate(parameters[-3:], coarse / fine) if fine else np.inf
+    rate = _rate(parameters[-3:], coarse / fine) if fine else np.nan
     if aligned and LOWEST_RATE <= rate <= MARGIN * order:
         ratio = parameters[-2] / parameters[-1]
         limit = last + (values[-1] - values[-2]) / (ratio**rate - 1)

@@ -12,10 +12,13 @@ from mol_compactons.grid import Grid
 from mol_compactons.integrators import CVODE, IDA, Midpoint, Symplectic
 from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
 from mol_compactons.schemes.compact import SECOND_DIFFERENCES
-from mol_compactons.simulation import Integrator, Scheme, Simulation
+from mol_compactons.simulation import Integrator, Simulation
 
 CONSERVATIVE, VISCOUS, INVISCID = "conservative", "viscous", "inviscid"
 """The limits: viscosity nu h^(p-1) that vanishes with the grid; fixed while h -> 0, and then eps -> 0; none at all."""
+
+GridScheme = CompactScheme | ConservativeScheme | FourierScheme
+"""The schemes that have a grid to refine."""
 
 Notice = Callable[[str], None]
 """Called with one line about each member that has run."""
@@ -73,7 +76,8 @@ class Family:
         Coefficients nu in grid units: the conservative limit. By default twice and once the viscosity of the simulation, in
         the units in which it has one.
     tolerances : tuple of float
-        Relative tolerances, for `Midpoint` steps; by default ten times and once that of the simulation, for steps twice.
+        Relative tolerances, with which an absolute one goes along, or steps of `Midpoint`; by default ten times and once
+        that of the simulation, for steps twice.
     accuracy : float
         The relative error below which a quantity may be called converged.
 
@@ -84,7 +88,7 @@ class Family:
     """
 
     sizes: tuple[int, ...] = ()
-    schemes: tuple[Scheme, ...] = ()
+    schemes: tuple[GridScheme, ...] = ()
     viscosities: tuple[float, ...] = ()
     grid_viscosities: tuple[float, ...] = ()
     tolerances: tuple[float, ...] = ()
@@ -153,7 +157,7 @@ class Family:
                             yield _member(simulation, limit, scheme, size, viscosity, tolerance)
 
 
-def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
+def _with_another_kind(simulation: Simulation) -> tuple[GridScheme, ...]:
     """The scheme of a simulation and one that shares nothing with it but the equation, and stands what it stands."""
     scheme: Any = simulation.scheme
     power: Literal[4, 6] = 6 if scheme.viscosity_order == 6 else 4
@@ -200,14 +204,15 @@ def _integrator(integrator: Integrator, scheme: Any, equation: Any, grid: Any, t
     if isinstance(integrator, Midpoint):
         return replace(integrator, step=tolerance)
     assert not isinstance(integrator, Symplectic)
-    own = replace(integrator, rtol=tolerance)
+    atol = None if integrator.atol is None else integrator.atol * tolerance / integrator.rtol
+    own = replace(integrator, rtol=tolerance, atol=atol)
     system = scheme.discretize(equation, grid)
     step, steps = own.max_step, own.max_steps
     for candidate in (
         own,
-        CVODE(rtol=tolerance, max_step=step, max_steps=steps),
-        CVODE(rtol=tolerance, max_step=step, max_steps=steps, linear_solver="krylov"),
-        IDA(rtol=tolerance, max_step=step, max_steps=steps),
+        CVODE(rtol=tolerance, atol=atol, max_step=step, max_steps=steps),
+        CVODE(rtol=tolerance, atol=atol, max_step=step, max_steps=steps, linear_solver="krylov"),
+        IDA(rtol=tolerance, atol=atol, max_step=step, max_steps=steps),
     ):
         try:
             candidate.check_system(system)

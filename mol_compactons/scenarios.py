@@ -84,7 +84,8 @@ def open_result(path: Path) -> xr.Dataset:
             if attempt == OPENING_ATTEMPTS - 1 or not _is_hdf5(path):
                 raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
         time.sleep(0.2)
-    require("simulation" in dataset.attrs, f"{path} is not a result of mol_compactons: it has no attribute 'simulation'.")
+    missing = [name for name in ("simulation", "status", "title") if name not in dataset.attrs]
+    require(not missing, f"{path} is not a result of mol_compactons: it has no attribute {', '.join(map(repr, missing))}.")
     return dataset
 
 

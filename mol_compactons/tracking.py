@@ -148,11 +148,15 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
     Raises
     ------
     InputError
-        If there is no wave to follow.
+        If there is no wave to follow, or the result is a chain in displacements.
     """
     import xarray as xr
 
     simulation = Simulation.from_json(str(dataset.attrs["simulation"]))
+    require(
+        simulation.equation.variables[0] != "Q",
+        "Waves are followed in stresses, not in displacements; run the chain with form='stresses'.",
+    )
     grid = simulation.grid
     name = field_names(dataset)[0]
     times, frames = dataset["t"].values, dataset[name].values
@@ -322,7 +326,8 @@ def _free_flights(isolated: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     for start, end in zip(edges[::2], edges[1::2], strict=True):
         if end - start >= SHORTEST_FLIGHT or (start == 0 and end - start >= FEWEST_FRAMES):
             flights.append(np.arange((start + end) // 2 if flights else start, end))
-    return flights[:2]
+    # Without free flight at the start nothing is known of the wave before its first collision.
+    return flights[:2] if flights and flights[0][0] == 0 else []
 
 
 def _line(times: Array, positions: Array, flight: NDArray[np.intp]) -> tuple[Array, float]:

@@ -141,6 +141,8 @@ def test_two_that_meet_head_on_leave_something_behind() -> None:
     [
         (GranularChain(3, linear=1), 0.5, 1, "speed = 0.5 is not faster than sound, 1"),
         (GranularChain(3, linear=1), 1.00001, 1, "too near to that of sound"),
+        (GranularChain(3), 1e-300, 1, "must lie between 1e-06 and 1e"),
+        (GranularChain(1.001), 1, 1, "n = 1.001 is too near to 1"),
         (GranularChain(2, law="rarefaction", linear=1), 2, 1, "do not resist compression"),
         (GranularChain(2, law="one_sided"), 1, -1, "do not resist tension"),
         (GranularChain(2, masses=(1, 2, 3)), 1, 1, "a chain of equal grains"),

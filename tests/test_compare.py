@@ -76,6 +76,13 @@ def test_the_scale_is_the_width_of_the_compacton() -> None:
     [
         (lambda: continuum_of(replace(chain(), initial=[SolitaryWave(1, 20)])), "nothing but compactons"),
         (lambda: continuum_of(replace(chain(), equation=GranularChain(3, linear=0.1))), "with a linear term does not follow"),
+        (lambda: continuum_of(replace(chain(), initial=[Compacton(-1, 20)])), "waves to the right only"),
+        (lambda: two_way_continuum_of(replace(chain(), equation=GranularChain(1.5, compression=0.5))), "without compression"),
+        (lambda: compare(run(chain()), wave(40 * 10**0.5, left=-30)), "begins at x = -9.48683"),
+        (
+            lambda: compare(run(replace(chain(), initial=[Compacton(1, 10), Compacton(0.5, 30)])), wave(40 * 10**0.5)),
+            "The chain has 2 waves and the continuum 1",
+        ),
         (lambda: continuum_of(continuum_of(chain())), "that of a GranularChain, not of GranularCompacton"),
         (lambda: compare(wave(30), wave(30)), "must be of a GranularChain in stresses"),
         (lambda: compare(run(chain()), wave(30)), "sites long, and the chain 40"),
@@ -86,10 +93,9 @@ def test_results_that_do_not_belong_together(attempt: Callable[[], Any], words: 
         attempt()
 
 
-def wave(length: float) -> xr.Dataset:
-    return run(
-        Simulation(equation=GranularCompacton(1.5), grid=Grid(length, 90), initial=[Compacton(1, 10)], t_end=0.1, frames=3)
-    )
+def wave(length: float, left: float = 0) -> xr.Dataset:
+    grid = Grid(length, 200, left)
+    return run(Simulation(equation=GranularCompacton(1.5), grid=grid, initial=[Compacton(1, 20)], t_end=0.1, frames=5))
 
 
 def test_on_lattice_is_for_equations_of_the_chain() -> None:

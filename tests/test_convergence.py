@@ -18,6 +18,7 @@ from mol_compactons import (
     GranularCompacton,
     Grid,
     InputError,
+    IntegrationError,
     Lattice,
     Midpoint,
     NearestNeighbours,
@@ -25,6 +26,7 @@ from mol_compactons import (
     RosenauHyman,
     Simulation,
     Uniform,
+    run,
     scenarios,
 )
 from mol_compactons.cli import main
@@ -124,6 +126,35 @@ def test_failed_members_are_named_and_not_counted() -> None:
     assert [line for line in report(tree) if line.startswith("failed and not counted")]
 
 
+def test_a_study_without_any_survivor_says_why() -> None:
+    simulation = assign(single(), {"integrator.max_steps": "1"})
+    with pytest.raises(IntegrationError, match="No member of the family ran to its end; the first: inviscid Conserv"):
+        converge(simulation, Family(sizes=(60, 90, 120)))
+
+
+def test_the_finest_grid_may_fail_at_the_tightest_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mol_compactons import convergence
+
+    def failing(simulation: Simulation) -> xr.Dataset:
+        if simulation.grid.size == 120 and simulation.integrator == IDA(rtol=1e-5):
+            raise IntegrationError("as a test", 0.0)
+        return run(simulation)
+
+    monkeypatch.setattr(convergence, "run", failing)
+    simulation = assign(single(size=120), {"integrator": "IDA(rtol=1e-5)"})
+    tree = converge(simulation, Family(sizes=(60, 80, 120), schemes=(ConservativeScheme(),)))
+    reason = tree["summary"]["reason"].sel(quantity="profile").item()
+    assert "only one tolerance" in reason
+    assert "only 2 grid(s)" in reason
+
+
+def test_the_absolute_tolerance_goes_along() -> None:
+    simulation = assign(single(), {"integrator": "CVODE(rtol=1e-4, atol=1e-3)"})
+    family = Family(sizes=(60, 90), tolerances=(1e-3, 1e-4), schemes=(ConservativeScheme(), CompactScheme(viscosity=0)))
+    for member in family.completed(simulation).members(simulation):
+        assert getattr(member.simulation.integrator, "atol", None) == pytest.approx(10 * member.tolerance)
+
+
 def test_a_family_of_another_equation_has_no_independent_scheme() -> None:
     simulation = Simulation(
         equation=RosenauHyman(3, 2),
@@ -211,6 +242,7 @@ def test_the_command_stores_prints_and_draws(
     [
         (["--sizes", "60,none"], "must be a list of a whole number"),
         (["--schemes", "FurierScheme"], "must be a list of"),
+        (["--schemes", "NearestNeighbours,CompactScheme"], "must be a list of"),
         (["--sizes", "4,8,16"], "is too small"),
         (["-o", "study.txt"], "must end in .nc"),
         (["--accuracy", "0"], "accuracy = 0 must lie between"),

@@ -12,12 +12,16 @@ from mol_compactons import (
     CVODE,
     Compacton,
     ConservativeScheme,
+    GranularChain,
     GranularCompacton,
     Grid,
     InputError,
     Lattice,
+    NearestNeighbours,
     PeriodicWave,
     Simulation,
+    SolitaryWave,
+    Symplectic,
     Uniform,
     run,
 )
@@ -124,6 +128,29 @@ def test_without_compactons_the_peaks_of_the_first_frame_are_followed() -> None:
     assert tracks.sizes["wave"] == 2
     moved = tracks.position - tracks.position[0]
     assert np.abs(moved.values - tracks.t.values[:, None]).max() < 1e-4
+
+
+def test_without_free_flight_at_the_start_nothing_is_said_of_a_collision() -> None:
+    flights = [(Compacton(1, 8), 16, 2.5), (Compacton(0.25, 20), 16, -1.25)]
+    tracks = track(painted(3, flights))
+    tracks["isolated"][1:40] = False
+    collision = first_collision(tracks)
+    assert np.isnan(collision.height_before.values).all()
+    assert np.isnan(collision.phase_shift.values).all()
+
+
+def test_displacements_are_not_followed() -> None:
+    chain = Simulation(
+        equation=GranularChain(1.5, form="displacements", ends="free"),
+        grid=Lattice(60),
+        scheme=NearestNeighbours(),
+        initial=[SolitaryWave(1, 20)],
+        t_end=1,
+        frames=3,
+        integrator=Symplectic(),
+    )
+    with pytest.raises(InputError, match="followed in stresses, not in displacements"):
+        track(run(chain))
 
 
 def test_nothing_to_follow() -> None:
