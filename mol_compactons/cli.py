@@ -118,13 +118,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(options: argparse.Namespace) -> None:
     from mol_compactons import scenarios
+    from mol_compactons.compiled import is_cold
     from mol_compactons.configuration import assign
+    from mol_compactons.flux import power_law
     from mol_compactons.simulation import run
     from mol_compactons.store import check_target
 
     simulation = assign(scenarios.load(options.scenario), _assignments(options.changes))
     path = Path(options.output or f"{Path(options.scenario).stem}.nc")
     check_target(path, options.overwrite)
+    if is_cold(power_law) and not options.quiet:
+        print("compiling the kernels, which takes some seconds and is done once")
     with progress_bar(simulation.t_end, options.quiet) as report:
         flush = not options.keep_subnormals
         dataset = run(simulation, path, overwrite=options.overwrite, report=report, flush_subnormals=flush)

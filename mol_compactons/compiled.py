@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
@@ -19,3 +20,9 @@ def compiled(function: Kernel) -> Kernel:
         return cast(Kernel, njit(cache=True, error_model="numpy")(function))
     except RuntimeError:
         return cast(Kernel, njit(error_model="numpy")(function))
+
+
+def is_cold(function: Any) -> bool:
+    """Whether a compiled function is not yet in the cache on disk, so that its first call will compile it."""
+    folder = getattr(getattr(function, "_cache", None), "cache_path", None)
+    return folder is not None and not any(Path(folder).glob(f"*.{function.__name__}-*.nbi"))
