@@ -402,13 +402,13 @@ def report(tree: xr.DataTree) -> list[str]:
     for limit in summary["limit"].values:
         table = summary.sel(limit=limit)
         lines.append(f"{limit} limit: {verdict(summary, str(limit))}")
-        lines.append(f"  {'quantity':18} {'value':>12} {'error':>9} = {titles}   rate  verdict")
+        lines.append(f"  {'quantity':18} {'value':>12} {'error':>9} = {titles}   rate  error / scale, verdict")
         for name in table["quantity"].values:
             row = table.sel(quantity=name)
             parts = " + ".join(f"{float(row[part]):9.1e}" for part in BUDGET)
             lines.append(
                 f"  {name:18} {float(row['value']):12.6g} {float(row['error']):9.1e} = {parts} {float(row['rate']):6.2f}  "
-                f"{row['verdict'].item()}: {row['reason'].item()}"
+                f"{float(row['error'] / row['scale']):.1e} {row['verdict'].item()}: {row['reason'].item()}"
             )
     lines += differences_of_limits(summary)
     failed = str(tree.attrs["failed"])

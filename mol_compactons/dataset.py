@@ -25,7 +25,7 @@ LONG_NAMES = {
     "t": "time",
     "x": "coordinate along the periodic line",
     "k": "number of the site in the chain",
-    "W": "amplitude of the wave of compression (positive) or rarefaction (negative)",
+    "W": "amplitude, positive for compression",
     "u": "amplitude",
     "S": "stress",
     "v": "velocity",

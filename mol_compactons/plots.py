@@ -22,6 +22,8 @@ PROFILES = 40
 def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> None:
     """Draw the profiles in space-time as in the paper's Figs 1 and 2: each is lifted by its time.
 
+    Of a chain in displacements the stresses R_k = Q_(k-1) - Q_k are drawn.
+
     Parameters
     ----------
     dataset : xarray.Dataset
@@ -33,7 +35,10 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     """
     name = variable or field_names(dataset)[0]
     space = dataset[name].dims[1]
-    frames = dataset[name].isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
+    field = dataset[name]
+    if name == "Q":
+        name, field = "R", -field.diff(space)
+    frames = field.isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
     times, x = frames["t"].values, frames[space].values
     height = float(np.abs(frames.isel(t=0)).max()) or 1.0
     scale = 0.12 * max(float(times[-1] - times[0]), 1e-300) / height
@@ -167,7 +172,9 @@ def _ladder_panel(ladder: xr.Dataset, summary: xr.Dataset, axes: Axes) -> None:
     known = np.isfinite(lines.values).any(axis=1)
     for color, (line, values) in enumerate(zip(lines["line"].values[known], lines.values[known], strict=True)):
         label = f"{line[0]}, {line[1]}, viscosity {line[2]:g}"
-        axes.loglog(spacing, np.maximum(values, 1e-16), "o-", color=f"C{color % 10}", markersize=3, linewidth=1, label=label)
+        axes.loglog(
+            spacing, np.where(values > 0, values, np.nan), "o-", color=f"C{color % 10}", markersize=3, linewidth=1, label=label
+        )
     for name, marker in zip(summary["limit"].values, (":", "--", "-."), strict=False):
         bar = float((summary["error"] / summary["scale"]).sel(limit=name))
         if np.isfinite(bar) and bar > 0:

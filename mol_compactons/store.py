@@ -145,4 +145,7 @@ def check_target(path: Path, overwrite: bool) -> None:
     require(ordinary or not os.path.lexists(path), f"{path} is not an ordinary file and is not replaced; choose another name.")
     require(path.parent.is_dir(), f"The folder {path.parent} does not exist; create it, or choose another.")
     require(os.access(path.parent, os.W_OK), f"The folder {path.parent} cannot be written; choose another.")
-    require(overwrite or not path.exists(), f"{path} exists; allow overwriting (--overwrite) or choose another name.")
+    require(
+        overwrite or not path.exists(),
+        f"{path} exists; allow overwriting (--overwrite, in Python overwrite=True) or choose another name.",
+    )

@@ -152,6 +152,10 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
     """
     import xarray as xr
 
+    require(
+        "simulation" in dataset.attrs and len(field_names(dataset)) > 0,
+        "There is no field to follow waves in; give a result of run(), not a study or tracks.",
+    )
     simulation = Simulation.from_json(str(dataset.attrs["simulation"]))
     require(
         simulation.equation.variables[0] != "Q",
@@ -283,6 +287,7 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
     """
     import xarray as xr
 
+    require("wave" in tracks.sizes, "There are no tracks; give what track() returned.")
     times = tracks["t"].values
     waves = tracks.sizes["wave"]
     names = ("moment", "phase_shift", "speed_before", "speed_after", "height_before", "height_after", "scatter")

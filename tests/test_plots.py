@@ -1,7 +1,7 @@
 import matplotlib
 import numpy as np
 
-from mol_compactons import run
+from mol_compactons import GranularChain, Lattice, NearestNeighbours, Simulation, SolitaryWave, Symplectic, run
 from mol_compactons.plots import PROFILES, overview
 from tests.systems import one_compacton
 
@@ -16,6 +16,21 @@ def test_the_overview_draws_profiles_and_drifts() -> None:
     first = left.lines[0].get_ydata()
     assert np.argmax(np.asarray(first)) == np.argmax(dataset.W.values[0])
     figure.canvas.draw()
+
+
+def test_of_displacements_the_stresses_are_drawn() -> None:
+    simulation = Simulation(
+        equation=GranularChain(1.5, form="displacements", ends="free"),
+        grid=Lattice(60),
+        scheme=NearestNeighbours(),
+        initial=[SolitaryWave(1, 20)],
+        t_end=10,
+        frames=3,
+        integrator=Symplectic(),
+    )
+    left = overview(run(simulation)).axes[0]
+    assert left.get_title().startswith("R(t, k)")
+    assert int(np.argmax(np.asarray(left.lines[0].get_ydata()))) + 1 == 20
 
 
 def test_few_frames_are_drawn_once_each() -> None:

@@ -153,6 +153,13 @@ def test_displacements_are_not_followed() -> None:
         track(run(chain))
 
 
+def test_what_is_no_result_and_what_is_no_track() -> None:
+    with pytest.raises(InputError, match="There is no field to follow waves in"):
+        track(xr.Dataset(attrs={"simulation": "{}"}))
+    with pytest.raises(InputError, match=r"There are no tracks; give what track\(\) returned"):
+        first_collision(painted(3, [(Compacton(1, 8), 0, 0)], t_end=1))
+
+
 def test_nothing_to_follow() -> None:
     simulation = Simulation(equation=GranularCompacton(3), grid=Grid(30, 60), initial=[Uniform(1.0)], t_end=1, frames=3)
     with pytest.raises(InputError, match="There is no wave to follow"):
