@@ -235,7 +235,7 @@ def chains(folder: Path) -> None:
             )
             exact = wave.values(simulation.equation, simulation.grid, t_end)[0]
             start = simulation.initial_state().ravel()
-            theirs = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+            theirs = (1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 1e-10)
             candidates = [
                 Candidate("ours, Symplectic, order 4", True, by_steps(simulation, 4), ours),
                 Candidate("ours, Symplectic, order 6", True, by_steps(simulation, 6), ours),
@@ -247,7 +247,7 @@ def chains(folder: Path) -> None:
 
 def by_steps(simulation: Simulation, order: Literal[4, 6]) -> list[Simulation]:
     """A chain by a splitting method with ever shorter steps."""
-    steps = (0.3, 0.2, 0.1, 0.05, 0.02, 0.01)
+    steps = (0.3, 0.25, 0.2, 0.15, 0.1, 0.05, 0.02, 0.01)
     return [replace(simulation, integrator=Symplectic(step, order), title=f"step {step:g}") for step in steps]
 
 

@@ -127,9 +127,7 @@ def _run(options: argparse.Namespace) -> None:
     simulation = assign(scenarios.load(options.scenario), _assignments(options.changes))
     path = Path(options.output or f"{Path(options.scenario).stem}.nc")
     check_target(path, options.overwrite)
-    if is_cold(power_law) and not options.quiet:
-        print("compiling the kernels, which takes some seconds and is done once")
-    with progress_bar(simulation.t_end, options.quiet) as report:
+    with progress_bar(simulation.t_end, options.quiet, cold=is_cold(power_law)) as report:
         flush = not options.keep_subnormals
         dataset = run(simulation, path, overwrite=options.overwrite, report=report, flush_subnormals=flush)
     if not options.quiet:
@@ -289,8 +287,11 @@ def cost(dataset: xr.Dataset) -> str:
 
 
 @contextmanager
-def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
-    """A progress bar in simulated time, with its rate and the time left; it appears with the first report."""
+def progress_bar(t_end: float, quiet: bool, cold: bool = False) -> Iterator[Report]:
+    """A progress bar in simulated time, with its rate and the time left; it appears with the first report.
+
+    Before it, where the kernels are `cold`, a line says that they are compiled.
+    """
     from tqdm import tqdm
 
     from mol_compactons.integrators.progress import no_report
@@ -300,6 +301,8 @@ def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
 
     def report(t: float) -> None:
         nonlocal bar
+        if cold and not bar:
+            print("compiling the kernels, which takes some seconds and is done once", flush=True)
         bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
         bar.update(t - bar.n)
 

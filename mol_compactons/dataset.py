@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -75,9 +76,14 @@ def describe(name: str) -> dict[str, str]:
     return {"long_name": LONG_NAMES[name], "units": "1"}
 
 
+@cache
+def _version() -> str:
+    return version("mol_compactons")
+
+
 def attributes(simulation: Simulation) -> dict[str, str]:
     """The global attributes of a result whose run has just begun."""
-    program = f"mol_compactons {version('mol_compactons')}"
+    program = f"mol_compactons {_version()}"
     now = datetime.now(UTC).isoformat(timespec="seconds")
     name = type(simulation.equation).__name__
     return {

@@ -189,6 +189,7 @@ def run(
     try:
         recorder.append(0.0, state, system.invariants(state))
         with stopping_on_signals(report) as watch, flushing_subnormals(flush_subnormals):
+            watch(0.0)
             for t in simulation.times[1:]:
                 state = integration.advance(t, watch)
                 recorder.append(t, state, system.invariants(state))

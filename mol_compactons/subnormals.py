@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import ctypes.util
 import platform
 import sys
 from collections.abc import Iterator
@@ -33,7 +32,7 @@ def flushing_subnormals(wanted: bool = True) -> Iterator[None]:
     if not (wanted and is_supported()):
         yield
         return
-    library = ctypes.CDLL(ctypes.util.find_library("m"))
+    library = ctypes.CDLL("libm.so.6")
     before = ctypes.create_string_buffer(_ENVIRONMENT_BYTES)
     library.fegetenv(before)
     inside = ctypes.create_string_buffer(before.raw, _ENVIRONMENT_BYTES)
