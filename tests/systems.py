@@ -7,6 +7,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.orders import fitted_rate
+from benchmarks.orders import relative_error as relative_error
 from mol_compactons import Compacton, CompactScheme, GranularCompacton, Grid, Simulation
 from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -14,6 +16,7 @@ from mol_compactons.stencils import Stencil
 
 Array = NDArray[np.float64]
 SecondDifference = Literal["wide", "nearest", "five_point"]
+fitted_order = fitted_rate
 
 
 def random_state(seed: int, components: int, size: int) -> Array:
@@ -78,13 +81,3 @@ def one_compacton(
         frames=frames,
         integrator=integrator or IDA(),
     )
-
-
-def relative_error(values: Array, exact: Array) -> float:
-    """The relative L2 distance."""
-    return float(np.linalg.norm(values - exact) / np.linalg.norm(exact))
-
-
-def fitted_order(sizes: list[int], errors: list[float]) -> float:
-    """The rate p of error ~ size^-p, by least squares in logarithms."""
-    return float(-np.polyfit(np.log(sizes), np.log(errors), 1)[0])

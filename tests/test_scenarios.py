@@ -178,6 +178,7 @@ def test_each_is_complete_and_keeps_its_mass(name: str) -> None:
     assert dataset.attrs["status"] == "complete"
     assert dataset.attrs["title"]
     if "mass" in dataset:
-        assert float(abs(dataset.mass - dataset.mass[0]).max()) < 1e-7
+        # The studies' own runs have the tolerance 1e-5, and "band" keeps the mass to a thousandth of it only.
+        assert float(abs(dataset.mass - dataset.mass[0]).max()) < (1e-7 if name.endswith("_study") else 1e-9)
     else:
         assert float(abs(dataset.energy / dataset.energy[0] - 1).max()) < 1e-5
