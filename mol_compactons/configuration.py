@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import dataclasses
 import difflib
+import functools
 import math
 import operator
 import types
@@ -23,7 +24,9 @@ from mol_compactons.errors import InputError
 T = TypeVar("T")
 
 
+@functools.cache
 def _hints(cls: Any) -> dict[str, Any]:
+    """The type hint of each field, evaluated once: a study makes thousands of these objects."""
     hints = typing.get_type_hints(cls)
     return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
 
@@ -110,7 +113,7 @@ def check(instance: Any) -> None:
         One sentence that names the field, the value and what is allowed.
     """
     name = type(instance).__name__
-    for field, hint in _hints(type(instance)).items():
+    for field, hint in _hints(instance.__class__).items():
         value = getattr(instance, field)
         try:
             fitted = _coerce(hint, value)

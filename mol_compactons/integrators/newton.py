@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError
-from mol_compactons.integrators import band
+from mol_compactons.integrators.band import FoldedLU
+from mol_compactons.integrators.cyclic_band import CyclicLU
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -36,16 +38,18 @@ def newton_matrix(system: SemiDiscretization) -> NewtonMatrix:
 
 
 class BandedMatrix:
-    """The LU of M - gamma df/dy in folded order, kept from one `factor` to the next."""
+    """The LU of M - gamma df/dy, kept from one `factor` to the next: without pivoting where that is accurate."""
 
     def __init__(self, system: SemiDiscretization) -> None:
         self._system = system
         self._diagonals = np.empty_like(system.mass_diagonals)
-        self._band = np.empty((system.unknowns, 3 * system.half_bandwidth + 1))
-        self._lower = np.empty((system.unknowns, system.half_bandwidth))
-        self._pivots = np.empty(system.unknowns, dtype=np.intp)
-        self._natural = np.arange(system.unknowns)
-        self._work = np.zeros(system.unknowns + 2 * system.half_bandwidth)
+        self._fast = CyclicLU(system)
+        self._factors: CyclicLU | FoldedLU = self._fast
+
+    @cached_property
+    def _robust(self) -> FoldedLU:
+        """Made when it is needed, which is rare."""
+        return FoldedLU(self._system)
 
     def linearize(self, t: float, state: Array) -> None:
         """Evaluate df/dy at a state."""
@@ -53,25 +57,20 @@ class BandedMatrix:
 
     def factor_linearized(self, gamma: float) -> bool:
         """Factor with the df/dy of the last `linearize`; False where the matrix is singular."""
-        system = self._system
-        mass, jacobian = system.mass_diagonals.reshape(-1), self._diagonals.reshape(-1)
-        band.assemble(mass, jacobian, gamma, system.band_entries, self._band)
-        return bool(band.factor(self._band, self._lower, self._pivots))
+        self._factors = self._fast
+        if self._fast.factor(self._diagonals, gamma):
+            return True
+        self._factors = self._robust
+        return self._robust.factor(self._diagonals, gamma)
 
     def factor(self, t: float, state: Array, gamma: float) -> bool:
         """Evaluate df/dy and factor; False where the matrix is singular."""
         self.linearize(t, state)
         return self.factor_linearized(gamma)
 
-    def solve_folded(self, residual: Array, out: Array) -> None:
-        """Write the solution for a residual in folded order, shape (unknowns,), into `out`."""
-        band.solve(self._band, self._lower, self._pivots, self._natural, residual, self._work, out)
-
     def solve_into(self, residual: Array, out: Array) -> None:
         """Write the solution for a residual of shape (components, size) into `out`, which may be the same array."""
-        band.solve(
-            self._band, self._lower, self._pivots, self._system.order, residual.reshape(-1), self._work, out.reshape(-1)
-        )
+        self._factors.solve_into(residual, out)
 
     def solve(self, t: float, state: Array, residual: Array) -> Array:
         """The solution for a residual of shape (components, size)."""
@@ -141,7 +140,9 @@ class KrylovCallbacks:
         self, t: float, y: Array, yp: Array, residual: Array, result: Array, gamma: float, tolerance: float, side: int
     ) -> None:
         """Solve with the factors."""
-        self._preconditioner.solve_folded(residual, result)
+        vector = self._system.unfold(residual, out=self._vector)
+        self._preconditioner.solve_into(vector, vector)
+        self._system.fold(vector, out=result)
 
     def multiply(self, t: float, y: Array, yp: Array, vector: Array, product: Array) -> None:
         """Write df/dy times a vector."""
