@@ -71,8 +71,8 @@ def convolve(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[
     """Apply a five-point stencil, shape (5,), to u, shape (N,) with N >= 5, on a periodic grid; result in `out`."""
     size = u.size
     far_left, left, middle, right, far_right = stencil[0], stencil[1], stencil[2], stencil[3], stencil[4]
-    for j in range(2, size - 2):
-        out[j] = far_left * u[j - 2] + left * u[j - 1] + middle * u[j] + right * u[j + 1] + far_right * u[j + 2]
+    for k in range(size - 4):
+        out[k + 2] = far_left * u[k] + left * u[k + 1] + middle * u[k + 2] + right * u[k + 3] + far_right * u[k + 4]
     for k in range(-2, 2):
         j = k if k >= 0 else k + size
         out[j] = (

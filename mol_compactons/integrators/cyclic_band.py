@@ -178,11 +178,14 @@ def solve(
         for cell in range(size):
             work[width + cell * components + r] = residual[r, cell]
     end = work[width + inner : width + unknowns]
+    # The entry just found goes on in a register: its way through the memory would take longer than the arithmetic.
+    value = 0.0
     for i in range(inner):
         row = rows[width + i]
-        value = work[width + i] * row[width]
-        for k in range(width):
-            value -= row[k] * work[i + k]
+        total = work[width + i] * row[width]
+        for k in range(width - 1):
+            total -= row[k] * work[i + k]
+        value = total - row[width - 1] * value
         work[width + i] = value
         if i < head or i >= inner - width:
             for s in range(border):
@@ -192,14 +195,16 @@ def solve(
         for t in range(border):
             solved[s] += inverse[s, t] * end[t]
     end[:] = solved
+    value = 0.0
     for i in range(inner - 1, -1, -1):
         row = rows[width + i]
-        value = work[width + i]
+        total = work[width + i]
         if i < head or i >= inner - width:
             for s in range(border):
-                value -= right[width + i, s] * solved[s]
-        for q in range(width - 1, -1, -1):
-            value -= row[width + 1 + q] * work[width + i + 1 + q]
+                total -= right[width + i, s] * solved[s]
+        for q in range(width - 1, 0, -1):
+            total -= row[width + 1 + q] * work[width + i + 1 + q]
+        value = total - row[width + 1] * value
         work[width + i] = value
     for r in range(components):
         for cell in range(size):

@@ -257,9 +257,9 @@ class RosenbrockIntegration:
         if t >= self._t or not self._last_step:
             return self._state.copy()
         theta = (t - self._t_before) / self._last_step
-        first, second, third = np.tensordot(INTERPOLATION, self._stages, 1)
-        bend = (1 - theta) * (first + theta * (second + theta * third))
-        return np.asarray((1 - theta) * self._before + theta * (self._state + bend))
+        first, second, third = INTERPOLATION
+        weights = theta * (1 - theta) * (first + theta * (second + theta * third))
+        return np.asarray((1 - theta) * self._before + theta * self._state + np.tensordot(weights, self._stages, 1))
 
 
 @compiled

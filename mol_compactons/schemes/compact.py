@@ -29,6 +29,9 @@ SECOND_DIFFERENCES = {
     "five_point": stencils.SECOND_FIVE_POINT,
 }
 
+MARGIN = 4
+"""How far D1 and S together reach."""
+
 
 class FluxEquation(Protocol):
     """An equation with the flux a + b g_xx, one-way (u_t = -F_x) or two-way (u_t = -v_x, v_t = -F[u]_x)."""
@@ -156,7 +159,8 @@ class _CompactKernel:
         _add_product(self._b, self._difference, local)
         self._flux.b.evaluate(u, self._b)
         self._flux.g.derivative().evaluate(u, slope)
-        _subtract_flux_jacobian(self._first, self._second, local, self._b, slope, out[-1, 0])
+        local, b, slope = (np.concatenate((c[-MARGIN:], c, c[:MARGIN])) for c in (local, self._b, slope))
+        _subtract_flux_jacobian(self._first, self._second, local, b, slope, out[-1, 0])
         reach = (out.shape[2] - 1) // 2
         near = slice(reach - 2, reach + 3)
         if self._two_way:
@@ -205,24 +209,26 @@ def _subtract_flux_jacobian(
     slope: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Subtract the cyclic diagonals of D1 dF/du, where dF_j/du_k = local_j delta_jk + b_j S_jk slope_k."""
-    size = local.size
-    reach = (out.shape[0] - 1) // 2
+    """Subtract the cyclic diagonals of D1 dF/du, where dF_j/du_k = local_j delta_jk + b_j S_jk slope_k.
+
+    local, b and slope have a periodic margin of `MARGIN`.
+    """
+    reach, size = (out.shape[0] - 1) // 2, out.shape[1]
+    bent = np.empty(size + 4)
+    for p in range(-2, 3):
+        if second[p + 2] != 0.0:
+            inner, outer = b[MARGIN - 2 :], slope[MARGIN - 2 + p :]
+            for j in range(bent.size):
+                bent[j] = second[p + 2] * inner[j] * outer[j]
+            for m in range(-2, 3):
+                _subtract(first[m + 2], bent[m + 2 :], out[reach + m + p])
     for m in range(-2, 3):
-        weight = first[m + 2]
-        if weight == 0.0:
-            continue
-        for j in range(size):
-            row = j + m
-            row = row - size if row >= size else (row + size if row < 0 else row)
-            out[reach + m, j] -= weight * local[row]
-        for p in range(-2, 3):
-            if second[p + 2] == 0.0:
-                continue
-            both = weight * second[p + 2]
-            for j in range(size):
-                row = j + m
-                row = row - size if row >= size else (row + size if row < 0 else row)
-                column = row + p
-                column = column - size if column >= size else (column + size if column < 0 else column)
-                out[reach + m + p, j] -= both * b[row] * slope[column]
+        _subtract(first[m + 2], local[MARGIN + m :], out[reach + m])
+
+
+@compiled
+def _subtract(factor: float, values: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """Subtract factor times the values, of which there may be more than needed."""
+    if factor != 0.0:
+        for j in range(out.size):
+            out[j] -= factor * values[j]

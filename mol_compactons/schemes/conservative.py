@@ -14,9 +14,15 @@ from mol_compactons.compiled import compiled
 from mol_compactons.configuration import check
 from mol_compactons.equations import GranularCompacton, RosenauHyman
 from mol_compactons.errors import InputError, require
-from mol_compactons.flux import DERIVATIVE_FLOOR, PowerLaw, power_law
+from mol_compactons.flux import PowerLaw, power_law
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.schemes.entropy_flux import odd_power, two_point_flux
+from mol_compactons.schemes.entropy_flux import (
+    neighbours,
+    subtract_difference,
+    subtract_difference_jacobian,
+    two_point_fluxes,
+    two_point_slopes,
+)
 from mol_compactons.schemes.rosenau_hyman import RosenauHymanKernel
 from mol_compactons.schemes.viscosity import Damping, add_convolution, check_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -175,18 +181,17 @@ def _subtract_divergence(
     w: Array, a: Array, margin: int, stride: int, weight: float, n: float, spacing: float, flux: Array, out: Array
 ) -> None:
     """Subtract weight N_s(W); w and a = |w|^(n-1) have a periodic margin."""
-    size = out.size
     step = stride * spacing
     factor = (n + 1) / (16 * step * step)
-    for k in range(size + stride):
-        j = margin + k - stride
-        left, u, v, right = w[j - stride], w[j], w[j + stride], w[j + 2 * stride]
-        after = a[j + 2 * stride] + 2 * a[j + stride] + a[j]
-        before = a[j + stride] + 2 * a[j] + a[j - stride]
-        flux[k] = two_point_flux(u, v, n) + factor * (after * (right - v) - before * (u - left))
-    scale = weight / step
-    for k in range(size):
-        out[k] -= scale * (flux[k + stride] - flux[k])
+    count = out.size + stride
+    first = margin - 2 * stride
+    left, u, v, right = neighbours(w, first, stride)
+    a_left, a_u, a_v, a_right = neighbours(a, first, stride)
+    two_point_fluxes(u, v, n, flux[:count])
+    for k in range(count):
+        after, before = a_right[k] + 2 * a_v[k] + a_u[k], a_v[k] + 2 * a_u[k] + a_left[k]
+        flux[k] += factor * (after * (right[k] - v[k]) - before * (u[k] - left[k]))
+    subtract_difference(flux, stride, weight / step, out)
 
 
 @compiled
@@ -194,33 +199,20 @@ def _subtract_divergence_jacobian(
     w: Array, a: Array, slope: Array, margin: int, stride: int, weight: float, n: float, spacing: float, out: Array
 ) -> None:
     """Subtract the cyclic diagonals of weight dN_s/dW; slope is the derivative of a."""
-    reach, size = (out.shape[0] - 1) // 2, out.shape[1]
     step = stride * spacing
     factor = (n + 1) / (16 * step * step)
-    scale = weight / step
-    for k in range(size + stride):
-        j = margin + k - stride
-        left, u, v, right = w[j - stride], w[j], w[j + stride], w[j + 2 * stride]
-        after = a[j + 2 * stride] + 2 * a[j + stride] + a[j]
-        before = a[j + stride] + 2 * a[j] + a[j - stride]
-        difference = v - u
-        if abs(difference) < DERIVATIVE_FLOOR * max(abs(u), abs(v)) or difference == 0.0:
-            by_u = by_v = 0.5 * n * 0.5 * (a[j] + a[j + stride])
-        else:
-            value = two_point_flux(u, v, n)
-            by_u = (value - odd_power(u, n)) / difference
-            by_v = (odd_power(v, n) - value) / difference
-        ahead, behind = right - v, u - left
-        derivatives = (
-            factor * (before - slope[j - stride] * behind),
-            by_u + factor * (slope[j] * ahead - 2 * slope[j] * behind - before),
-            by_v + factor * (2 * slope[j + stride] * ahead - slope[j + stride] * behind - after),
-            factor * (slope[j + 2 * stride] * ahead + after),
-        )
-        # The flux right of cell k - stride leaves that cell and enters cell k.
-        for place in range(4):
-            offset = (place - 1) * stride
-            if k >= stride:
-                out[reach + offset, k - stride] -= scale * derivatives[place]
-            if k < size:
-                out[reach + offset - stride, k] += scale * derivatives[place]
+    count, first = out.shape[1] + stride, margin - 2 * stride
+    derivatives = np.empty((4, count))
+    by_left, by_u, by_v, by_right = derivatives[0], derivatives[1], derivatives[2], derivatives[3]
+    left, u, v, right = neighbours(w, first, stride)
+    a_left, a_u, a_v, a_right = neighbours(a, first, stride)
+    s_left, s_u, s_v, s_right = neighbours(slope, first, stride)
+    two_point_slopes(u, v, n, by_u, by_v)
+    for k in range(count):
+        after, before = a_right[k] + 2 * a_v[k] + a_u[k], a_v[k] + 2 * a_u[k] + a_left[k]
+        ahead, behind = right[k] - v[k], u[k] - left[k]
+        by_left[k] = factor * (before - s_left[k] * behind)
+        by_u[k] += factor * (s_u[k] * ahead - 2 * s_u[k] * behind - before)
+        by_v[k] += factor * (2 * s_v[k] * ahead - s_v[k] * behind - after)
+        by_right[k] = factor * (s_right[k] * ahead + after)
+    subtract_difference_jacobian(derivatives, stride, weight / step, out)

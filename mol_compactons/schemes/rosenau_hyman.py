@@ -8,8 +8,13 @@ from numpy.typing import NDArray
 from mol_compactons.compiled import compiled
 from mol_compactons.equations import RosenauHyman
 from mol_compactons.errors import require
-from mol_compactons.flux import DERIVATIVE_FLOOR
-from mol_compactons.schemes.entropy_flux import odd_power, two_point_flux
+from mol_compactons.schemes.entropy_flux import (
+    neighbours,
+    subtract_difference,
+    subtract_difference_jacobian,
+    two_point_fluxes,
+    two_point_slopes,
+)
 from mol_compactons.schemes.viscosity import Damping
 
 Array = NDArray[np.float64]
@@ -77,13 +82,14 @@ def _subtract_divergence(
     v: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, flux: Array, out: Array
 ) -> None:
     """Subtract weight N_s(u); v = u^n has a periodic margin."""
-    size, step = out.size, stride * spacing
-    for k in range(size + stride):
-        j = margin + k - stride
-        bend = v[j + 2 * stride] - v[j + stride] - v[j] + v[j - stride]
-        flux[k] = two_point_flux(v[j], v[j + stride], ratio) + bend / (2 * step * step)
-    for k in range(size):
-        out[k] -= weight / step * (flux[k + stride] - flux[k])
+    step = stride * spacing
+    count, first = out.size + stride, margin - 2 * stride
+    before, left, right, after = neighbours(v, first, stride)
+    two_point_fluxes(left, right, ratio, flux[:count])
+    factor = 1 / (2 * step * step)
+    for k in range(count):
+        flux[k] += factor * (after[k] - right[k] - left[k] + before[k])
+    subtract_difference(flux, stride, weight / step, out)
 
 
 @compiled
@@ -91,26 +97,16 @@ def _subtract_jacobian(
     v: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, slope: Array, out: Array
 ) -> None:
     """Subtract the cyclic diagonals of weight dN_s/du; slope is dv/du."""
-    reach, size = (out.shape[0] - 1) // 2, out.shape[1]
+    size, first = out.shape[1], margin - stride
     step = stride * spacing
     bend = 1 / (2 * step * step)
+    derivatives = np.empty((4, size + stride))
+    derivatives[:] = bend
+    by_left, by_right = np.empty((2, size + stride))
+    two_point_slopes(v[first:], v[first + stride :], ratio, by_left, by_right)
     for k in range(size + stride):
-        j = margin + k - stride
-        left, right = v[j], v[j + stride]
-        difference = right - left
-        if abs(difference) < DERIVATIVE_FLOOR * max(abs(left), abs(right)) or difference == 0.0:
-            middle = abs(0.5 * (left + right))
-            by_left = by_right = 0.5 * ratio * middle ** (ratio - 1) if middle > 0 or ratio >= 1 else 0.0
-        else:
-            value = two_point_flux(left, right, ratio)
-            by_left = (value - odd_power(left, ratio)) / difference
-            by_right = (odd_power(right, ratio) - value) / difference
-        derivatives = (bend, by_left - bend, by_right - bend, bend)
-        # The flux right of cell k - stride leaves that cell and enters cell k.
+        derivatives[1, k] = by_left[k] - bend
+        derivatives[2, k] = by_right[k] - bend
         for place in range(4):
-            offset = (place - 1) * stride
-            entry = weight / step * derivatives[place] * slope[(k - stride + offset) % size]
-            if k >= stride:
-                out[reach + offset, k - stride] -= entry
-            if k < size:
-                out[reach + offset - stride, k] += entry
+            derivatives[place, k] *= slope[(k + (place - 2) * stride) % size]
+    subtract_difference_jacobian(derivatives, stride, weight / step, out)

@@ -78,22 +78,11 @@ class Damping:
 def add_convolution(coefficients: Array, u: Array, out: Array) -> None:
     """Add a stencil of odd length, shape (2 r + 1,), applied to u, shape (N,) with N > 2 r, on a periodic grid."""
     size, reach = u.size, coefficients.size // 2
-    if coefficients.size == 5:
-        far_left, left, middle, right, far_right = (
-            coefficients[0],
-            coefficients[1],
-            coefficients[2],
-            coefficients[3],
-            coefficients[4],
-        )
-        for j in range(2, size - 2):
-            out[j] += far_left * u[j - 2] + left * u[j - 1] + middle * u[j] + right * u[j + 1] + far_right * u[j + 2]
-    else:
-        for j in range(reach, size - reach):
-            total = 0.0
-            for k in range(coefficients.size):
-                total += coefficients[k] * u[j - reach + k]
-            out[j] += total
+    inner = out[reach : size - reach]
+    for k in range(coefficients.size):
+        coefficient, shifted = coefficients[k], u[k:]
+        for j in range(inner.size):
+            inner[j] += coefficient * shifted[j]
     for edge in range(-reach, reach):
         total = 0.0
         for k in range(coefficients.size):
