@@ -89,12 +89,12 @@ class SemiDiscretization:
 
     def fold(self, state: Array, out: Array | None = None) -> Array:
         """A state of shape (components, size) as a vector in folded order, shape (components * size,)."""
-        return np.take(state.reshape(-1), self.order, out=out, mode="clip")
+        return state.reshape(-1).take(self.order, out=out, mode="clip")
 
     def unfold(self, vector: Array, out: Array | None = None) -> Array:
         """The inverse of `fold`."""
         out = np.empty((self.components, self.size)) if out is None else out
-        np.take(vector, self.position, out=out.reshape(-1), mode="clip")
+        vector.take(self.position, out=out.reshape(-1), mode="clip")
         return out
 
     def apply_mass(self, state: Array, out: Array) -> None:
