@@ -14,6 +14,8 @@ from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import splu
 
 Array = NDArray[np.float64]
+Result = tuple[Array, str]
+"""The frames, shape (frames, N), and what they took in words."""
 
 
 class CompactSystem:
@@ -68,10 +70,10 @@ def reference(system: CompactSystem, start: Array, times: Array) -> Array:
     return np.asarray(solution.y.T)
 
 
-def by_solve_ivp(method: str) -> Callable[[CompactSystem, Array, Array, float], Array]:
+def by_solve_ivp(method: str) -> Callable[[CompactSystem, Array, Array, float], Result]:
     """scipy.integrate.solve_ivp with one of its implicit methods and the Jacobian, dense for the sake of M^-1."""
 
-    def run(system: CompactSystem, start: Array, times: Array, rtol: float) -> Array:
+    def run(system: CompactSystem, start: Array, times: Array, rtol: float) -> Result:
         inverse = np.linalg.inv(system.mass.toarray())
         solution = solve_ivp(
             lambda t, w: system.rate(w),
@@ -83,14 +85,14 @@ def by_solve_ivp(method: str) -> Callable[[CompactSystem, Array, Array, float], 
             atol=rtol / 100,
             jac=lambda t, w: inverse @ system.jacobian(w).toarray(),
         )
-        return np.asarray(solution.y.T)
+        return np.asarray(solution.y.T), f"{solution.nfev} f"
 
     return run
 
 
-def by_midpoint(system: CompactSystem, start: Array, times: Array, step: float) -> Array:
+def by_midpoint(system: CompactSystem, start: Array, times: Array, step: float) -> Result:
     """The paper's implicit midpoint rule, Newton with scipy's splu of one Jacobian for each step."""
-    w, frames = start.copy(), [start]
+    w, frames, evaluations = start.copy(), [start], 0
     steps = round((times[1] - times[0]) / step)
     for _ in times[1:]:
         for _ in range(steps):
@@ -100,14 +102,15 @@ def by_midpoint(system: CompactSystem, start: Array, times: Array, step: float) 
                 residual = system.mass @ change - step * system.right_hand_side(w + 0.5 * change)
                 correction = factors.solve(residual)
                 change -= correction
+                evaluations += 1
                 if np.abs(correction).max() < 1e-10:
                     break
             w = w + change
         frames.append(w)
-    return np.array(frames)
+    return np.array(frames), f"{steps * (len(times) - 1)} steps, {evaluations} f"
 
 
-def by_casadi(system: CompactSystem, start: Array, times: Array, rtol: float) -> Array:
+def by_casadi(system: CompactSystem, start: Array, times: Array, rtol: float) -> Result:
     """CasADi's IDAS on x' = z, 0 = M z - f(x), with its symbolic sparse Jacobian."""
     import casadi as ca
 
@@ -123,10 +126,11 @@ def by_casadi(system: CompactSystem, start: Array, times: Array, rtol: float) ->
     options: dict[str, Any] = {"reltol": rtol, "abstol": rtol / 100, "max_num_steps": 10**6, "linear_solver": "csparse"}
     integrate = ca.integrator("F", "idas", problem, 0.0, list(times[1:]), options)
     result = np.array(integrate(x0=start, z0=system.rate(start))["xf"]).T
-    return np.vstack([start, result])
+    counts = integrate.stats()
+    return np.vstack([start, result]), f"{counts['nsteps']} steps, {counts['nfevals']} f"
 
 
-def by_scikit_sundae(system: CompactSystem, start: Array, times: Array, rtol: float) -> Array:
+def by_scikit_sundae(system: CompactSystem, start: Array, times: Array, rtol: float) -> Result:
     """scikit-sundae's IDA as it comes: a dense Jacobian by differences."""
     from sksundae.ida import IDA
 
@@ -134,10 +138,11 @@ def by_scikit_sundae(system: CompactSystem, start: Array, times: Array, rtol: fl
         res[:] = system.mass @ yp - system.right_hand_side(y)
 
     solver = IDA(residual, rtol=rtol, atol=rtol / 100, max_num_steps=10**6)
-    return np.asarray(solver.solve(times, start, system.rate(start)).y)
+    solution = solver.solve(times, start, system.rate(start))
+    return np.asarray(solution.y), f"{solution.nfev} f"
 
 
-def by_py_pde(system: CompactSystem, start: Array, times: Array, tolerance: float) -> Array:
+def by_py_pde(system: CompactSystem, start: Array, times: Array, tolerance: float) -> Result:
     """py-pde's adaptive Runge-Kutta method, the only kind of its own that gets through, for W' by FFT."""
     pde: Any = import_module("pde")
 
@@ -147,9 +152,16 @@ def by_py_pde(system: CompactSystem, start: Array, times: Array, tolerance: floa
 
     frames = pde.MemoryStorage()
     state = pde.ScalarField(pde.CartesianGrid([(0, 1)], system.size, periodic=True), start)
-    options = {"solver": "runge-kutta", "adaptive": True, "tolerance": tolerance, "dt": 1e-4, "backend": "numpy"}
-    final = OwnEquation().solve(state, times[-1], tracker=[frames.tracker(times[1] - times[0])], **options)
-    return np.array([*frames.data[:-1], final.data])
+    options: dict[str, Any] = {
+        "solver": "runge-kutta",
+        "adaptive": True,
+        "tolerance": tolerance,
+        "dt": 1e-4,
+        "backend": "numpy",
+    }
+    tracker = [frames.tracker(times[1] - times[0])]
+    final, info = OwnEquation().solve(state, times[-1], tracker=tracker, ret_info=True, **options)
+    return np.array([*frames.data[:-1], final.data]), f"{info['solver']['steps']} steps"
 
 
 @njit(cache=True)

@@ -127,6 +127,8 @@ def _run(options: argparse.Namespace) -> None:
     simulation = assign(scenarios.load(options.scenario), _assignments(options.changes))
     path = Path(options.output or f"{Path(options.scenario).stem}.nc")
     check_target(path, options.overwrite)
+    if path.suffix.lower() != ".nc":
+        raise InputError(f"{path} must end in .nc: a result is a NetCDF file.")
     with progress_bar(simulation.t_end, options.quiet, cold=is_cold(power_law)) as report:
         flush = not options.keep_subnormals
         dataset = run(simulation, path, overwrite=options.overwrite, report=report, flush_subnormals=flush)

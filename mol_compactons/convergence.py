@@ -316,6 +316,7 @@ def _gather(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     irregularities = []
     if len(ladder) < 3:
         gaps.append(f"only {len(ladder)} grid(s) ran to the end")
+        irregularities.append("with fewer than three grids nothing shows that their differences shrink")
     elif not space.shrinking:
         irregularities.append("the differences between the grids do not shrink")
     value, viscous = space.limit, 0.0

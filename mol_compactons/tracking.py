@@ -144,6 +144,7 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
         ``speed``, ``width`` (at half the height), NaN where a wave cannot be told from another; ``isolated``, whether its
         support is clear of the others. Along t: ``mass_left``, ``momentum_left`` and ``height_left``, the integral of the
         field, half that of its square and its largest size outside the supports of the waves, NaN unless all are isolated.
+        The attribute ``lost`` names the waves that were not found in the last frame.
 
     Raises
     ------
@@ -192,8 +193,19 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
             },
         },
         {"t": ("t", times, describe("t")), "wave": ("wave", np.arange(len(waves)), describe("wave"))},
-        {"simulation": dataset.attrs["simulation"], "field": name},
+        {"simulation": dataset.attrs["simulation"], "field": name, "lost": _lost(times, position)},
     )
+
+
+def _lost(times: Array, position: Array) -> str:
+    """What is to be said of the waves that have no position in the last frame."""
+    sentences = []
+    for wave, places in enumerate(position.T):
+        if np.isnan(places[-1]):
+            found = np.flatnonzero(~np.isnan(places))
+            since = f"after t = {times[found[-1]]:.6g}" if found.size else "from the start"
+            sentences.append(f"Wave {wave} is lost {since}: where it should be there is no peak of about its height.")
+    return " ".join(sentences)
 
 
 def _waves_at_start(simulation: Simulation, times: Array, frames: Array, least: float | None) -> list[_Wave]:

@@ -70,6 +70,7 @@ def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         (["run", "two_bright", "--set", "integrator=CVODE"], "mass matrix"),
         (["run", "two_bright", "-o", "nowhere/a.nc"], "does not exist"),
         (["run", "two_bright", "-o", "."], "is a folder"),
+        (["run", "two_bright", "-o", "a.txt"], "a.txt must end in .nc"),
         (["info", "nothing.nc"], "There is no file"),
         (["stability", "n=1"], "larger than 1"),
         (["stability", "3"], "'3' lacks a value; write FIELD=VALUE."),

@@ -56,6 +56,15 @@ def test_one_wave_is_followed_around_the_box(n: float, speed: float, center: flo
     assert np.abs(tracks.height_left).max() < 1e-12
 
 
+def test_lost_waves_are_named() -> None:
+    result = painted(3, [(Compacton(1, 10), 0, 0), (Compacton(0.25, 30, -1), 0, 0)], t_end=10)
+    assert track(result).attrs["lost"] == ""
+    result["W"][81:] = result["W"][81:].clip(min=0)
+    tracks = track(result)
+    assert tracks.attrs["lost"] == "Wave 1 is lost after t = 5: where it should be there is no peak of about its height."
+    assert np.isnan(tracks.position[81:, 1]).all()
+
+
 def test_positions_are_of_a_high_order() -> None:
     errors = []
     for size in (150, 300):
