@@ -64,13 +64,17 @@ class CompactSystem:
         return sparse.csc_array(-(self.first @ (local + bent)) - self.damping)
 
 
+Solver = Callable[[CompactSystem, Array, Array, float], Result]
+"""From the system, the initial state, the times of the frames, and a tolerance or a step."""
+
+
 def reference(system: CompactSystem, start: Array, times: Array) -> Array:
     """The semi-discrete solution by the explicit DOP853 with rtol 1e-11, shape (frames, N)."""
     solution = solve_ivp(lambda t, w: system.rate(w), (0, times[-1]), start, "DOP853", t_eval=times, rtol=1e-11, atol=1e-13)
     return np.asarray(solution.y.T)
 
 
-def by_solve_ivp(method: str) -> Callable[[CompactSystem, Array, Array, float], Result]:
+def by_solve_ivp(method: str) -> Solver:
     """scipy.integrate.solve_ivp with one of its implicit methods and the Jacobian, dense for the sake of M^-1."""
 
     def run(system: CompactSystem, start: Array, times: Array, rtol: float) -> Result:

@@ -126,7 +126,11 @@ class PowerLaw:
         return PowerLaw(self.coefficient * self.exponent, self.exponent - 1 if self.exponent else 0.0, not self.odd)
 
     def antiderivative(self) -> PowerLaw:
-        """The antiderivative that vanishes at u = 0."""
+        """The antiderivative that vanishes at u = 0; one and the same object each time, as energies ask for it."""
+        return self._antiderivative
+
+    @cached_property
+    def _antiderivative(self) -> PowerLaw:
         return PowerLaw(self.coefficient / (self.exponent + 1), self.exponent + 1, not self.odd)
 
 
