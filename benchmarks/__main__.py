@@ -391,6 +391,7 @@ def against_the_wave(base: Simulation, name: str, scheme: Any, size: int, integr
 def picture(rows: Sequence[Row], title: str, path: Path) -> None:
     """Error against processor time, a line for each name."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
 
     figure = Figure(figsize=(7, 5), layout="constrained")
     axes = figure.subplots()
@@ -398,6 +399,7 @@ def picture(rows: Sequence[Row], title: str, path: Path) -> None:
         own = sorted((row.seconds, row.error) for row in rows if row.name == name)
         axes.loglog(*zip(*own, strict=True), "o-" if name.startswith("ours") else "s--", label=name, markersize=4)
     axes.set(xlabel="CPU seconds", ylabel="relative L2 error", title=title)
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.legend(frameon=False, fontsize=8)
     figure.savefig(path, dpi=110)
 

@@ -8,7 +8,7 @@ of them form an ordinary band of half-width w = b + components - 1; the last b a
 
 Row i of B stands at rows[w + i], its diagonal in the middle, after w rows of zeros that spare the loops a beginning of their
 own; R likewise at right[w + i], and S by columns at below[w + i]. After `factor` these hold L (each row divided by its
-diagonal, which is kept inverted), U, L^-1 R and S U^-1, and the corner the inverse of C - S B^-1 R.
+diagonal, which is kept inverted), U, L^-1 R and S U^-1, and the corner C - S B^-1 R, of which `CyclicLU` keeps the inverse.
 
 The fill of R and S decays away from the two ends; where it is below `NEGLIGIBLE` it is dropped, which changes the matrix by
 less than its rounding. Without pivoting the rounding errors are small as long as the factors are, and `factor` refuses a
