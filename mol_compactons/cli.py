@@ -6,11 +6,12 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from mol_compactons.compiled import announcing_compilation
 from mol_compactons.errors import InputError, IntegrationError
 
 if TYPE_CHECKING:
@@ -96,7 +97,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 fine, 1 the solver gave up, 2 bad input, 130 interrupted."""
     options = parser().parse_args(arguments)
     try:
-        options.handle(options)
+        with nullcontext() if getattr(options, "quiet", False) else announcing_compilation(_say_that_it_compiles):
+            options.handle(options)
         sys.stdout.flush()
     except InputError as error:
         print(f"mol-compactons: {error}", file=sys.stderr)
@@ -116,11 +118,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _say_that_it_compiles() -> None:
+    print("compiling the kernels, which takes some seconds and is done once", flush=True)
+
+
 def _run(options: argparse.Namespace) -> None:
     from mol_compactons import scenarios
-    from mol_compactons.compiled import is_cold
     from mol_compactons.configuration import assign
-    from mol_compactons.flux import power_law
     from mol_compactons.simulation import run
     from mol_compactons.store import check_target
 
@@ -129,7 +133,7 @@ def _run(options: argparse.Namespace) -> None:
     check_target(path, options.overwrite)
     if path.suffix.lower() != ".nc":
         raise InputError(f"{path} must end in .nc: a result is a NetCDF file.")
-    with progress_bar(simulation.t_end, options.quiet, cold=is_cold(power_law)) as report:
+    with progress_bar(simulation.t_end, options.quiet) as report:
         flush = not options.keep_subnormals
         dataset = run(simulation, path, overwrite=options.overwrite, report=report, flush_subnormals=flush)
     if not options.quiet:
@@ -289,11 +293,8 @@ def cost(dataset: xr.Dataset) -> str:
 
 
 @contextmanager
-def progress_bar(t_end: float, quiet: bool, cold: bool = False) -> Iterator[Report]:
-    """A progress bar in simulated time, with its rate and the time left; it appears with the first report.
-
-    Before it, where the kernels are `cold`, a line says that they are compiled.
-    """
+def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
+    """A progress bar in simulated time, with its rate and the time left; it appears with the first report."""
     from tqdm import tqdm
 
     from mol_compactons.integrators.progress import no_report
@@ -303,8 +304,6 @@ def progress_bar(t_end: float, quiet: bool, cold: bool = False) -> Iterator[Repo
 
     def report(t: float) -> None:
         nonlocal bar
-        if cold and not bar:
-            print("compiling the kernels, which takes some seconds and is done once", flush=True)
         bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
         bar.update(t - bar.n)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar, cast
 
 from numba import njit
+from numba.core.event import Listener, install_listener
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
@@ -22,7 +23,24 @@ def compiled(function: Kernel) -> Kernel:
         return cast(Kernel, njit(error_model="numpy")(function))
 
 
-def is_cold(function: Any) -> bool:
-    """Whether a compiled function is not yet in the cache on disk, so that its first call will compile it."""
-    folder = getattr(getattr(function, "_cache", None), "cache_path", None)
-    return folder is not None and not any(Path(folder).glob(f"*.{function.__name__}-*.nbi"))
+class _FirstCompilation(Listener):
+    """Calls a function when the first compilation begins."""
+
+    def __init__(self, announce: Callable[[], None]) -> None:
+        self._announce: Callable[[], None] | None = announce
+
+    def on_start(self, event: Any) -> None:
+        """A compilation begins."""
+        if self._announce:
+            self._announce()
+            self._announce = None
+
+    def on_end(self, event: Any) -> None:
+        """A compilation ends."""
+
+
+@contextmanager
+def announcing_compilation(announce: Callable[[], None]) -> Iterator[None]:
+    """Call a function, once, when inside something must be compiled that is not in the cache on disk."""
+    with install_listener("numba:compile", _FirstCompilation(announce)):
+        yield
