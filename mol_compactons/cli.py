@@ -199,9 +199,10 @@ def _save(figure: Figure, path: Path) -> None:
 def _converge(options: argparse.Namespace) -> None:
     from mol_compactons import scenarios
     from mol_compactons.configuration import assign
-    from mol_compactons.convergence import converge, report
+    from mol_compactons.convergence import converge
     from mol_compactons.family import Family
     from mol_compactons.plots import convergence_overview
+    from mol_compactons.report import report
     from mol_compactons.store import check_target, write_tree
 
     simulation = assign(scenarios.load(options.scenario), _assignments(options.changes))
@@ -222,7 +223,7 @@ def _converge(options: argparse.Namespace) -> None:
 
 
 def _print_study(path: Path) -> None:
-    from mol_compactons.convergence import report
+    from mol_compactons.report import report
     from mol_compactons.scenarios import open_study
 
     with open_study(path) as tree:

@@ -20,9 +20,10 @@ from mol_compactons import (
     Grid,
     Simulation,
 )
-from mol_compactons.convergence import converge, differences_of_limits, report
+from mol_compactons.convergence import converge
 from mol_compactons.family import Family
 from mol_compactons.plots import convergence_overview
+from mol_compactons.report import differences_of_limits, report
 from mol_compactons.store import write_tree
 
 CONSERVATIVE = Family(

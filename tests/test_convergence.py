@@ -31,8 +31,9 @@ from mol_compactons import (
 )
 from mol_compactons.cli import main
 from mol_compactons.configuration import assign
-from mol_compactons.convergence import CONVERGED, NOT_CONVERGED, converge, judge, report, verdict
+from mol_compactons.convergence import CONVERGED, NOT_CONVERGED, converge, judge
 from mol_compactons.family import Family
+from mol_compactons.report import report, verdict
 
 
 def test_a_study_can_be_judged_anew(study: xr.DataTree) -> None:
