@@ -352,7 +352,7 @@ def schemes(folder: Path) -> None:
             try:
                 points.append(against_the_wave(base, name, scheme, size, Rosenbrock(rtol=1e-4)))
             except IntegrationError as error:
-                print(f"  {name}, N = {size}: {error}", file=sys.stderr)
+                print(f"  not in the picture: {name}, N = {size}: {error}", file=sys.stderr)
     picture(points, "W5: one compacton, t = 14, N = 75 to 1200, Rosenbrock", folder / "W5.png")
 
 
@@ -410,9 +410,11 @@ ITEMS = {"W1": single, "W2": collision, "W3": scaling, "W4": chains, "W5": schem
 def main() -> None:
     """Run the items asked for."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    parser.add_argument("items", nargs="*", choices=[*ITEMS, []], help="which work items; by default all")
-    parser.add_argument("-o", "--output", default=".", metavar="FOLDER", help="where tables and picture go")
+    parser.add_argument("items", nargs="*", metavar="ITEM", help="which work items; by default all")
+    parser.add_argument("-o", "--output", default="benchmark_results", metavar="FOLDER", help="where tables and picture go")
     options = parser.parse_args()
+    if unknown := sorted(set(options.items) - set(ITEMS)):
+        parser.error(f"{unknown[0]} is no work item; choose among {', '.join(ITEMS)}")
     folder = Path(options.output)
     folder.mkdir(parents=True, exist_ok=True)
     for item in options.items or ITEMS:

@@ -32,6 +32,12 @@ FAMILY_OPTIONS = {
 """The fields of a `Family` that are options of converge, and an example of each."""
 
 
+SET_HELP = (
+    "change a field: grid.size=1200, integrator='Rosenbrock(rtol=1e-6)'; a class takes its defaults for what is not said, not "
+    "the values of the one it replaces"
+)
+
+
 class Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one sentence."""
 
@@ -50,9 +56,7 @@ def parser() -> Parser:
     run = commands.add_parser("run", help="integrate a scenario, or repeat a result, into a NetCDF file")
     run.add_argument("scenario", metavar="SCENARIO.py|RESULT.nc", help="a script, the name of a scenario, or a result")
     run.add_argument("-o", "--output", metavar="FILE.nc", help="where to write (default: the scenario's name)")
-    run.add_argument(
-        "--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help="change a field: grid.size=1200"
-    )
+    run.add_argument("--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help=SET_HELP)
     run.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     run.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
     run.add_argument("--keep-subnormals", action="store_true", help="do not count numbers below 2.2e-308 as zero (slower)")
@@ -72,10 +76,8 @@ def parser() -> Parser:
     converge.add_argument("scenario", metavar="SCENARIO.py|RESULT.nc", help="a script, the name of a scenario, or a result")
     converge.add_argument("-o", "--output", metavar="STUDY.nc|STUDY.png", help="store the study (default), or draw it")
     for name, example in FAMILY_OPTIONS.items():
-        converge.add_argument(f"--{name.replace('_', '-')}", metavar="LIST", help=example)
-    converge.add_argument(
-        "--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help="change a field of the scenario"
-    )
+        converge.add_argument(f"--{name.replace('_', '-')}", metavar="A,B,...", help=example)
+    converge.add_argument("--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help=SET_HELP)
     converge.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     converge.add_argument("--quiet", action="store_true", help="no line for each member")
     converge.set_defaults(handle=_converge)

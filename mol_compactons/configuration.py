@@ -279,10 +279,12 @@ def _value(hint: Any, node: ast.expr, text: str) -> Any:
             return {"type": name}
         case ast.Name(id=name) if name.lower() in ("true", "false", "none"):
             return {"true": True, "false": False, "none": None}[name.lower()]
-        case ast.Call(func=ast.Name(id=name), args=[], keywords=keywords) if name in classes:
+        case ast.Call(func=ast.Name(id=name), args=positional, keywords=keywords) if name in classes:
             fields = _hints(classes[name])
-            return {"type": name} | {
-                str(keyword.arg): _value(fields.get(str(keyword.arg)), keyword.value, ast.unparse(keyword.value))
-                for keyword in keywords
-            }
+            if len(positional) > len(fields):
+                raise InputError(f"{text} has too many arguments; {name} takes {', '.join(fields)}.")
+            given = [*zip(fields, positional, strict=False), *((str(keyword.arg), keyword.value) for keyword in keywords)]
+            if twice := [field for field, _ in given if [other for other, _ in given].count(field) > 1]:
+                raise InputError(f"{text} says {twice[0]} twice; say it once.")
+            return {"type": name} | {field: _value(fields.get(field), item, ast.unparse(item)) for field, item in given}
     return text

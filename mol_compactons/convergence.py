@@ -270,6 +270,8 @@ def _weigh(quantity: str, family: Family, outcomes: Sequence[Outcome]) -> Assess
         gaps.append("no independent scheme has a value")
     budget = best.budget | {"scheme": max(distances, default=0.0)}
     error = sum(budget.values())
+    if error > scale:
+        objections.append("the error is larger than what it is measured against")
     if error > allowed:
         objections += best.irregularities
         gaps.append(f"the error is {error / scale:.1e}, above the accuracy {family.accuracy:g}")

@@ -54,6 +54,7 @@ def load(target: str) -> Simulation:
         path = folder() / f"{path.stem}.py"
     if not path.is_file():
         raise InputError(f"There is no scenario {target!r}; {did_you_mean(Path(target).stem, list(listing()))}")
+    require(path.suffix == ".py", f"{path} is neither a script (.py) nor a result (.nc); give one of these.")
     try:
         simulation = runpy.run_path(str(path)).get("simulation")
     except InputError:
@@ -75,7 +76,7 @@ def open_result(path: Path) -> xr.Dataset:
     """
     import xarray
 
-    require(path.is_file(), f"There is no file {path}.")
+    require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
     for attempt in range(OPENING_ATTEMPTS):
         try:
             dataset = xarray.open_dataset(path, engine="netcdf4")

@@ -363,6 +363,7 @@ def verdicts(dataset: xr.Dataset) -> list[str]:
         rates = dataset["growth"].sel(wave=wave).max("placement").values
         shown = ", ".join(f"{rate:.1e}" for rate in rates)
         lines.append(f"linearised evolution on the grid, {wave}: largest growth rate {shown} at {sizes} points")
+    lines.append("(growth that vanishes on finer grids is that of the grid, and counts for nothing in the verdict)")
     meaning = {
         "stable": "stable: to perturbations of its support that keep Q the second variation is not negative",
         "unstable": "unstable: there are negative directions that keep Q",

@@ -71,6 +71,7 @@ def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         (["run", "two_bright", "-o", "nowhere/a.nc"], "does not exist"),
         (["run", "two_bright", "-o", "."], "is a folder"),
         (["run", "two_bright", "-o", "a.txt"], "a.txt must end in .nc"),
+        (["run", "notes.md"], "notes.md is neither a script (.py) nor a result (.nc)"),
         (["info", "nothing.nc"], "There is no file"),
         (["stability", "n=1"], "larger than 1"),
         (["stability", "3"], "'3' lacks a value; write FIELD=VALUE."),
@@ -102,6 +103,7 @@ def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_bad_input_is_one_sentence_status_2_and_nothing_written(
     arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    Path("notes.md").write_text("# Notes")
     Path("empty.py").write_text("")
     Path("wrong.py").write_text("1 / 0")
     Path("broken.nc").write_text("no NetCDF")

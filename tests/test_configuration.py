@@ -121,6 +121,8 @@ def test_changes_are_checked_together() -> None:
         ("scheme.viscosity", "-1", "must not be negative"),
         ("scheme", "IDA", "must be CompactScheme or ConservativeScheme"),
         ("integrator", "IDA(rtoll=1)", "did you mean 'rtol'"),
+        ("equation", "GranularCompacton(2, 3)", "has too many arguments; GranularCompacton takes n"),
+        ("grid", "Grid(30, length=60)", "says length twice"),
         ("initial", "[Compacton(speed=1)]", "needs a value for center"),
         ("equation", "print(1)", "must be GranularCompacton"),
     ],
@@ -134,6 +136,7 @@ def test_assign_refuses_in_one_sentence(path: str, value: str, words: str) -> No
 def test_assign_replaces_the_integrator_and_its_fields() -> None:
     simulation = assign(one_compacton(), {"integrator": "Midpoint(step=0.02)"})
     assert simulation.integrator == Midpoint(step=0.02)
+    assert assign(one_compacton(), {"integrator": "Midpoint(0.02, order=4)"}).integrator == Midpoint(step=0.02, order=4)
     assert assign(one_compacton(), {"integrator.rtol": "1e-8"}).integrator == IDA(rtol=1e-8)
 
 

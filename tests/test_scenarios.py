@@ -3,6 +3,8 @@
 import runpy
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,18 @@ from mol_compactons.configuration import assign
 from mol_compactons.convergence import converge
 from mol_compactons.tracking import first_collision, track
 from tests.systems import relative_error
+
+
+def test_the_example_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It runs as it stands, and follows both waves to the end."""
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    names: dict[str, Any] = {}
+    exec(readme.split("```python\n")[1].split("```")[0].replace("plt.show()", ""), names)
+    assert names["tracks"].attrs["lost"] == ""
+    assert names["outcome"]["phase_shift"].values == pytest.approx([-2.38, -5.5], abs=0.1)
+    assert Path("bright_dark.nc").is_file()
 
 
 @cache

@@ -141,7 +141,7 @@ class CVODE(_BackwardDifferences):
             insist_on_a_banded_jacobian(system, f"CVODE with linear_solver = {self.linear_solver!r}")
         require(
             system.mass is None,
-            "integrator = CVODE cannot take a scheme with a mass matrix; choose IDA or Midpoint, or another scheme.",
+            "integrator = CVODE cannot take a scheme with a mass matrix; choose IDA, Rosenbrock, Midpoint, or another scheme.",
         )
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SundialsIntegration:

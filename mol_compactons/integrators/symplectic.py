@@ -75,7 +75,7 @@ class Symplectic:
         """Refuse a system that does not split."""
         require(
             system.split_steps is not None,
-            "integrator = Symplectic is for a GranularChain; choose IDA, CVODE or Midpoint for an equation.",
+            "integrator = Symplectic is for a GranularChain; choose IDA, CVODE, Rosenbrock or Midpoint for an equation.",
         )
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SymplecticIntegration:
