@@ -113,6 +113,7 @@ def check(instance: Any) -> None:
         One sentence that names the field, the value and what is allowed.
     """
     name = type(instance).__name__
+    # Of `type(instance)` the type checker does not believe that it can be hashed.
     for field, hint in _hints(instance.__class__).items():
         value = getattr(instance, field)
         try:

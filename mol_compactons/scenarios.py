@@ -48,7 +48,7 @@ def load(target: str) -> Simulation:
         If there is no such file, or it does not define a simulation.
     """
     path = Path(target)
-    if path.suffix == ".nc":
+    if path.suffix.lower() == ".nc":
         return from_result(path)
     if not path.is_file() and len(path.parts) == 1:
         path = folder() / f"{path.stem}.py"

@@ -144,7 +144,7 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
         ``speed``, ``width`` (at half the height), NaN where a wave cannot be told from another; ``isolated``, whether its
         support is clear of the others. Along t: ``mass_left``, ``momentum_left`` and ``height_left``, the integral of the
         field, half that of its square and its largest size outside the supports of the waves, NaN unless all are isolated.
-        The attribute ``lost`` names the waves that were not found in the last frame.
+        The attribute ``lost`` names the waves that were not found in the last frame, though no other hides them.
 
     Raises
     ------
@@ -193,15 +193,16 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
             },
         },
         {"t": ("t", times, describe("t")), "wave": ("wave", np.arange(len(waves)), describe("wave"))},
-        {"simulation": dataset.attrs["simulation"], "field": name, "lost": _lost(times, position)},
+        {"simulation": dataset.attrs["simulation"], "field": name, "lost": _lost(waves, times, position, grid.length)},
     )
 
 
-def _lost(times: Array, position: Array) -> str:
-    """What is to be said of the waves that have no position in the last frame."""
+def _lost(waves: list[_Wave], times: Array, position: Array, length: float) -> str:
+    """What is to be said of the waves that have no position in the last frame, and should not be in a collision there."""
     sentences = []
+    clear = _clear(waves, position[-1], float(times[-1]), length)
     for wave, places in enumerate(position.T):
-        if np.isnan(places[-1]):
+        if np.isnan(places[-1]) and clear[wave]:
             found = np.flatnonzero(~np.isnan(places))
             since = f"after t = {times[found[-1]]:.6g}" if found.size else "from the start"
             sentences.append(f"Wave {wave} is lost {since}: where it should be there is no peak of about its height.")
@@ -251,13 +252,18 @@ def _match(waves: list[_Wave], t: float, frame: Array, grid: Grid | Lattice, lea
 
 
 def _isolated(waves: list[_Wave], positions: Array, t: float, length: float) -> NDArray[np.bool_]:
-    """Which waves were found and have their support clear of all others, of which those not found are where foretold."""
+    """Which waves were found and have their support clear of all others."""
+    return np.asarray(_clear(waves, positions, t, length) & ~np.isnan(positions))
+
+
+def _clear(waves: list[_Wave], positions: Array, t: float, length: float) -> NDArray[np.bool_]:
+    """Which supports are clear of all others; those of waves that were not found are where free flight takes them."""
     places = np.array([wave.foretold(t) if math.isnan(x) else x for wave, x in zip(waves, positions, strict=True)])
     halves = np.array([wave.width / 2 for wave in waves])
     distance = np.abs(ring_distance(places[:, None], places, length))
     clear = distance >= halves[:, None] + halves
     np.fill_diagonal(clear, True)
-    return np.asarray(clear.all(axis=1) & ~np.isnan(positions))
+    return np.asarray(clear.all(axis=1))
 
 
 def _left_behind(waves: list[_Wave], positions: Array, frame: Array, grid: Grid | Lattice) -> tuple[float, float, float]:

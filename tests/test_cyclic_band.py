@@ -15,6 +15,7 @@ from mol_compactons import (
     Midpoint,
     run,
 )
+from mol_compactons.integrators.band import FoldedLU
 from mol_compactons.integrators.cyclic_band import CyclicLU
 from mol_compactons.integrators.newton import BandedMatrix
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -96,11 +97,64 @@ def test_what_cannot_be_factored_is_refused() -> None:
 @pytest.mark.parametrize("scheme", [CompactScheme("wide", 1e-3), CompactScheme("nearest", 1e-5), ConservativeScheme(6)])
 @pytest.mark.parametrize("n", [1.5, 3.0])
 def test_compactons_need_no_pivots(scheme: CompactScheme | ConservativeScheme, n: float) -> None:
+    """Wherever they are, across the end of the ring too; the solutions are those of the LU that pivots."""
     equation, grid = GranularCompacton(n), Grid(40, 400)
     system = scheme.discretize(equation, grid)
     jacobian = np.empty_like(system.mass_diagonals)
-    system.jacobian(0.0, Compacton(1, 20).values(equation, grid), jacobian)
-    assert CyclicLU(system).factor(jacobian, 0.02)
+    factors, reference = CyclicLU(system), FoldedLU(system)
+    residual = np.random.default_rng(0).normal(size=(1, grid.size))
+    solution, other = np.empty_like(residual), np.empty_like(residual)
+    for center in (20, 0, 39.5, 3, 36):
+        system.jacobian(0.0, Compacton(1, center).values(equation, grid), jacobian)
+        assert factors.factor(jacobian, 0.02)
+        assert reference.factor(jacobian, 0.02)
+        factors.solve_into(residual, solution)
+        reference.solve_into(residual, other)
+        assert np.abs(solution - other).max() < 1e-11 * np.abs(other).max()
+
+
+def test_factors_that_grow_are_refused() -> None:
+    """A well-conditioned matrix (5.5) whose first pivots are small at every cut."""
+    size = 31
+    for small in (1e-3, 1e-6, 1e-9):
+        jacobian = np.zeros((1, 1, 3, size))
+        jacobian[0, 0] = np.array([-1.0, 1 - small, -0.7])[:, None]
+        system = system_with(jacobian)
+        assert not CyclicLU(system).factor(jacobian, 1.0)
+        residual = np.random.default_rng(1).normal(size=(1, size))
+        matrix = BandedMatrix(system)
+        assert matrix.factor(0.0, residual, 1.0)
+        solution = matrix.solve(0.0, residual, residual)
+        dense = np.eye(size) - system.dense(jacobian)
+        assert np.abs(dense @ solution[0] - residual[0]).max() < 1e-13
+
+
+def test_fill_that_is_negligible_is_dropped_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a long ring where the fill decays slowly the solution is that of numpy, though most of the ring does without it."""
+    size = 2000
+    jacobian = random_jacobian(3, 1, 2, size)
+    jacobian[0, 0, 2] = 0
+    system = system_with(jacobian)
+    factors = CyclicLU(system)
+    assert factors.factor(jacobian, 0.2)
+    assert 30 < factors._head < size - 100
+    residual = np.zeros((1, size))
+    residual[0, [0, 1, -1, -2]] = 1
+    solution = np.empty_like(residual)
+    factors.solve_into(residual, solution)
+    exact = np.linalg.solve(np.eye(size) - 0.2 * system.dense(jacobian), residual[0])
+    assert np.abs(solution[0] - exact).max() < 1e-14
+    near, far = np.abs(exact) > 1e-14, np.abs(exact) < 1e-25
+    assert np.allclose(solution[0][near], exact[near], rtol=1e-2)
+    assert np.abs(solution[0][far]).max() < 1e-19
+
+
+def test_an_infinite_entry_is_refused_wherever_it_stands() -> None:
+    for cell in (0, 5, 39):
+        for diagonal in range(7):
+            jacobian = 0.01 * random_jacobian(1, 1, 3, 40)
+            jacobian[0, 0, diagonal, cell] = np.inf
+            assert not CyclicLU(system_with(jacobian)).factor(jacobian, 0.5)
 
 
 def test_a_singular_matrix_is_an_error_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,12 +7,19 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from mol_compactons.schemes.entropy_flux import VACUUM, two_point_flux, two_point_fluxes, two_point_slopes
+from mol_compactons.schemes.entropy_flux import VACUUM, two_point_fluxes, two_point_slopes
 
 EXPONENTS = [1.0, 1.1, 1.5, 2.0, 2.5, 3.0, 4.2]
 
 numbers = st.floats(-3, 3).map(lambda u: 0.0 if abs(u) < 1e-12 else u)
 distances = st.one_of(st.floats(-1, 1), st.floats(-12, -1).map(lambda power: 10**power))
+
+
+def two_point_flux(u: float, v: float, n: float) -> float:
+    """The flux of one pair."""
+    out = np.empty(1)
+    two_point_fluxes(np.array([u]), np.array([v]), n, out)
+    return float(out[0])
 
 
 def exact_flux(u: float, v: float, n: float) -> float:
@@ -61,6 +68,19 @@ def test_the_slopes_are_those_of_the_flux(n: float, u: float, v: float) -> None:
         (two_point_flux(u, v + step, n) - two_point_flux(u, v - step, n)) / (2 * step),
     ]
     assert np.allclose([by_u[0], by_v[0]], differences, rtol=0, atol=1e-6 * size ** (n - 1))
+
+
+@pytest.mark.parametrize("n", EXPONENTS)
+@pytest.mark.parametrize("apart", [0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2])
+def test_the_slopes_of_near_neighbours(n: float, apart: float) -> None:
+    """The slope of the mean over [u, v] by u is the mean of (1 - s) n w^(n-1) at w = u + s (v - u)."""
+    u, v = 0.7, 0.7 * (1 + apart)
+    places, weights = np.polynomial.legendre.leggauss(20)
+    s = (1 + places) / 2
+    exact = 0.5 * np.sum(weights * (1 - s) * n * (u + s * (v - u)) ** (n - 1))
+    by_u, by_v = np.empty((2, 1))
+    two_point_slopes(np.array([u]), np.array([v]), n, by_u, by_v)
+    assert by_u[0] == pytest.approx(exact, rel=1e-7)
 
 
 @pytest.mark.parametrize("n", EXPONENTS)

@@ -65,6 +65,23 @@ def test_lost_waves_are_named() -> None:
     assert np.isnan(tracks.position[81:, 1]).all()
 
 
+def test_a_wave_in_a_collision_is_not_lost() -> None:
+    result = run(
+        Simulation(
+            equation=GranularCompacton(3),
+            grid=Grid(60, 600),
+            scheme=ConservativeScheme(4, grid_viscosity=0.03, viscosity_order=6),
+            initial=[Compacton(1, 5.5), Compacton(0.25, 15.5)],
+            t_end=8,
+            frames=81,
+            integrator=CVODE(rtol=1e-5),
+        )
+    )
+    tracks = track(result)
+    assert np.isnan(tracks.position[-1]).any()
+    assert tracks.attrs["lost"] == ""
+
+
 def test_positions_are_of_a_high_order() -> None:
     errors = []
     for size in (150, 300):

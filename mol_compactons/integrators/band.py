@@ -1,6 +1,6 @@
 """LU of a band matrix with partial pivoting, compiled: for the narrow bands here faster than LAPACK's.
 
-For the matrices for which `cyclic_band`, several times as fast again, is not accurate enough. A band of half-width w is
+For the matrices for which `cyclic_band`, which is faster still, is not accurate enough. A band of half-width w is
 stored by rows, shape (N, 3 w + 1): the entry of row i and column j stands at [i, j - i + w]; the last w places of a row are
 room for what pivoting fills in. After `factor` the right 2 w + 1 places of a row hold U, with the inverse of its diagonal,
 and L stands by columns in an array of its own, shape (N, w). Source: Golub and Van Loan, "Matrix Computations", 4th ed.,

@@ -1,7 +1,7 @@
 """LU of a cyclic band matrix without pivoting, compiled: linear in N, with inner loops of constant length.
 
-The unknowns stand in the order of the cells, the components of a cell side by side. All but the last b = reach * components
-of them form an ordinary band of half-width w = b + components - 1; the last b are its border:
+The unknowns stand in the order of the cells from some cell on, the components of a cell side by side. All but the last
+b = reach * components of them form an ordinary band of half-width w = b + components - 1; the last b are its border:
 
     [ B  R ] [ x   ]   [ y   ]
     [ S  C ] [ x_b ] = [ y_b ],        B = L U, where U has a unit diagonal.
@@ -10,10 +10,11 @@ Row i of B stands at rows[w + i], its diagonal in the middle, after w rows of ze
 own; R likewise at right[w + i], and S by columns at below[w + i]. After `factor` these hold L (each row divided by its
 diagonal, which is kept inverted), U, L^-1 R and S U^-1, and the corner C - S B^-1 R, of which `CyclicLU` keeps the inverse.
 
-The fill of R and S decays away from the two ends; where it is below `NEGLIGIBLE` it is dropped, which changes the matrix by
-less than its rounding. Without pivoting the rounding errors are small as long as the factors are, and `factor` refuses a
-matrix whose factors are not: those are for `band`, which pivots. w and b are given as the lengths of tuples, constants for
-the compiler. Source: Golub and Van Loan, "Matrix Computations", 4th ed., sections 3.3 and 4.3.
+The fill of R and S decays away from the two ends where J is small; where it is below `NEGLIGIBLE` it is dropped, which
+changes the matrix by less than its rounding. Without pivoting the rounding errors are small as long as the factors are, and
+`factor` refuses a matrix whose factors are not. That happens where the ring is cut through a wave, and it is cut anew where J
+is small; what is refused then is for `band`, which pivots. w and b are given as the lengths of tuples, constants for the
+compiler. Source: Golub and Van Loan, "Matrix Computations", 4th ed., sections 3.3 and 4.3.
 """
 
 from __future__ import annotations
@@ -47,11 +48,19 @@ class CyclicLU:
         self._corner = np.empty((border, border))
         self._inverse: Array = self._corner
         self._work = np.zeros(system.unknowns + 2 * width)
-        self._head = 0
+        self._head = self._first = 0
 
     def factor(self, jacobian: Array, gamma: float) -> bool:
         """Factor M - gamma J from the cyclic diagonals of J; False where that would be inaccurate."""
-        largest = assemble(self._mass, jacobian, gamma, self._half, self._rows, self._right, self._below, self._corner)
+        if self._factor_as_cut(jacobian, gamma):
+            return True
+        self._first = quietest_cell(jacobian)
+        return self._factor_as_cut(jacobian, gamma)
+
+    def _factor_as_cut(self, jacobian: Array, gamma: float) -> bool:
+        """The same with the ring cut where it was cut the last time."""
+        parts = (self._rows, self._right, self._below, self._corner)
+        largest = assemble(self._mass, jacobian, gamma, self._first, self._half, *parts)
         self._head = factor(self._rows, self._right, self._below, self._corner, self._half, self._edge, largest)
         if self._head < 0:
             return False
@@ -64,14 +73,34 @@ class CyclicLU:
     def solve_into(self, residual: Array, out: Array) -> None:
         """Write the solution for a residual of shape (components, size) into `out`, which may be the same array."""
         matrix = (self._rows, self._right, self._below, self._inverse)
-        solve(*matrix, self._half, self._edge, self._head, residual, self._work, out)
+        solve(*matrix, self._half, self._edge, self._head, self._first, residual, self._work, out)
+
+
+def quietest_cell(jacobian: Array) -> int:
+    """The middle of that eighth of the ring in which the entries of J are smallest, given by its cyclic diagonals."""
+    size = int(jacobian.shape[-1])
+    # Where an entry is not finite any cell will do: `factor` refuses the matrix.
+    with np.errstate(over="ignore", invalid="ignore"):
+        sizes = np.abs(jacobian).sum(axis=(0, 1, 2))
+        window = max(size // 8, 1)
+        total = np.cumsum(np.concatenate(([0.0], sizes, sizes[:window])))
+        quietest = int(np.argmin(total[window:-1] - total[: -window - 1]))
+    return (quietest + window // 2) % size
 
 
 @compiled
 def assemble(
-    mass: Array, jacobian: Array, gamma: float, half: Length, rows: Array, right: Array, below: Array, corner: Array
+    mass: Array,
+    jacobian: Array,
+    gamma: float,
+    first: int,
+    half: Length,
+    rows: Array,
+    right: Array,
+    below: Array,
+    corner: Array,
 ) -> float:
-    """Write M - gamma J, both given by their cyclic diagonals; the largest entry is returned."""
+    """Write M - gamma J, both given by their cyclic diagonals, from a first cell on; the largest entry is returned."""
     components, diagonals, size = jacobian.shape[1], jacobian.shape[2], jacobian.shape[3]
     width, reach = len(half), (diagonals - 1) // 2
     rows[:] = 0.0
@@ -83,9 +112,10 @@ def assemble(
         for c in range(components):
             for diagonal in range(diagonals):
                 place = (diagonal - reach) * components + c - r + width
-                for cell in range(size):
+                for k in range(size):
+                    cell = first + k if first + k < size else first + k - size
                     value = mass[r, c, diagonal, cell] - gamma * jacobian[r, c, diagonal, cell]
-                    rows[width + cell * components + r, place] = value
+                    rows[width + k * components + r, place] = value
                     largest = max(largest, abs(value))
     _move_border(rows, right, below, corner, width)
     return largest
@@ -148,7 +178,7 @@ def factor(rows: Array, right: Array, below: Array, corner: Array, half: Length,
             row[k] *= inverse
             row[width + 1 + k] *= inverse
         row[width] = inverse
-    if not (size_of_l * size_of_u < LARGEST_GROWTH * largest and inverses < np.inf):
+    if not (size_of_l * size_of_u < LARGEST_GROWTH * largest < np.inf and inverses < np.inf):
         return -1
     return int(head)
 
@@ -162,6 +192,7 @@ def solve(
     half: Length,
     edge: Length,
     head: int,
+    first: int,
     residual: Array,
     work: Array,
     solution: Array,
@@ -172,13 +203,32 @@ def solve(
     """
     width, border = len(half), len(edge)
     components, size = residual.shape
-    unknowns = components * size
-    inner = unknowns - border
     for r in range(components):
-        for cell in range(size):
-            work[width + cell * components + r] = residual[r, cell]
-    end = work[width + inner : width + unknowns]
-    # The entry just found goes on in a register: its way through the memory would take longer than the arithmetic.
+        for k in range(size):
+            cell = first + k if first + k < size else first + k - size
+            work[width + k * components + r] = residual[r, cell]
+    end = work[width + components * size - border : width + components * size]
+    _solve_with_lower(rows, below, half, edge, head, work, end)
+    solved = np.zeros(border)
+    for s in range(border):
+        for t in range(border):
+            solved[s] += inverse[s, t] * end[t]
+    end[:] = solved
+    _solve_with_upper(rows, right, half, edge, head, work, solved)
+    for r in range(components):
+        for k in range(size):
+            cell = first + k if first + k < size else first + k - size
+            solution[r, cell] = work[width + k * components + r]
+
+
+@compiled
+def _solve_with_lower(rows: Array, below: Array, half: Length, edge: Length, head: int, work: Array, end: Array) -> None:
+    """Solve with L in place, and subtract from the border's end of the residual what follows for it.
+
+    The entry just found goes on in a register: its way through the memory would take longer than the arithmetic.
+    """
+    width, border = len(half), len(edge)
+    inner = rows.shape[0] - width - border
     value = 0.0
     for i in range(inner):
         row = rows[width + i]
@@ -190,11 +240,13 @@ def solve(
         if i < head or i >= inner - width:
             for s in range(border):
                 end[s] -= below[width + i, s] * value
-    solved = np.zeros(border)
-    for s in range(border):
-        for t in range(border):
-            solved[s] += inverse[s, t] * end[t]
-    end[:] = solved
+
+
+@compiled
+def _solve_with_upper(rows: Array, right: Array, half: Length, edge: Length, head: int, work: Array, solved: Array) -> None:
+    """Solve with U in place, given the solution in the border."""
+    width, border = len(half), len(edge)
+    inner = rows.shape[0] - width - border
     value = 0.0
     for i in range(inner - 1, -1, -1):
         row = rows[width + i]
@@ -206,6 +258,3 @@ def solve(
             total -= row[width + 1 + q] * work[width + i + 1 + q]
         value = total - row[width + 1] * value
         work[width + i] = value
-    for r in range(components):
-        for cell in range(size):
-            solution[r, cell] = work[width + cell * components + r]

@@ -48,7 +48,7 @@ class BandedMatrix:
 
     @cached_property
     def _robust(self) -> FoldedLU:
-        """Made when it is needed, which is rare."""
+        """Made when it is needed."""
         return FoldedLU(self._system)
 
     def linearize(self, t: float, state: Array) -> None:

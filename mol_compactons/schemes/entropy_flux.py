@@ -16,7 +16,8 @@ SERIES_BELOW = 1e-3
 """Where two neighbours differ by less than this, relative to the larger one, their flux comes from its Taylor series."""
 
 VACUUM = 1e-150
-"""Where both neighbours are smaller than this their flux counts as zero, so that nothing underflows."""
+"""Where neighbours are smaller than this their flux counts as zero for all n but 1, 2 and 3, so that nothing is divided by an
+underflow."""
 
 
 @compiled
@@ -61,16 +62,8 @@ def _hertz_flux(u: float, v: float) -> float:
 
 
 @compiled
-def two_point_flux(u: float, v: float, n: float) -> float:
-    """Tadmor's flux (|v|^(n+1) - |u|^(n+1)) / ((n+1) (v - u)), free of cancellation."""
-    if n == 3.0:
-        return _cubic_flux(u, v)
-    if n == 2.0:
-        return _quadratic_flux(u, v)
-    if n == 1.5:
-        return _hertz_flux(u, v)
-    if n == 1.0:
-        return 0.5 * (u + v)
+def _general_flux(u: float, v: float, n: float) -> float:
+    """The flux for any n; its Taylor series where u and v are nearly equal."""
     larger = max(abs(u), abs(v))
     if larger < VACUUM:
         return 0.0
@@ -84,7 +77,10 @@ def two_point_flux(u: float, v: float, n: float) -> float:
 
 @compiled
 def two_point_fluxes(u: Array, v: Array, n: float, out: Array) -> None:
-    """The same of each pair of arrays of one length; the usual exponents have loops of their own, which are vectorised."""
+    """Tadmor's flux (|v|^(n+1) - |u|^(n+1)) / ((n+1) (v - u)) of each pair, free of cancellation.
+
+    The usual exponents have loops of their own, which the compiler vectorises.
+    """
     if n == 3.0:
         for k in range(out.size):
             out[k] = _cubic_flux(u[k], v[k])
@@ -94,9 +90,12 @@ def two_point_fluxes(u: Array, v: Array, n: float, out: Array) -> None:
     elif n == 1.5:
         for k in range(out.size):
             out[k] = _hertz_flux(u[k], v[k])
+    elif n == 1.0:
+        for k in range(out.size):
+            out[k] = 0.5 * (u[k] + v[k])
     else:
         for k in range(out.size):
-            out[k] = two_point_flux(u[k], v[k], n)
+            out[k] = _general_flux(u[k], v[k], n)
 
 
 @compiled
@@ -132,7 +131,7 @@ def _slope(u: float, v: float, n: float) -> float:
     if abs(difference) < DERIVATIVE_FLOOR * max(abs(u), abs(v)) or difference == 0.0:
         middle = abs(0.5 * (u + v))
         return float(0.5 * n * middle ** (n - 1)) if middle > 0.0 or n >= 1.0 else 0.0
-    return (two_point_flux(u, v, n) - odd_power(u, n)) / difference
+    return (_general_flux(u, v, n) - odd_power(u, n)) / difference
 
 
 @compiled
@@ -147,6 +146,8 @@ def two_point_slopes(u: Array, v: Array, n: float, by_u: Array, by_v: Array) -> 
     elif n == 1.5:
         for k in range(by_u.size):
             by_u[k], by_v[k] = _hertz_slope(u[k], v[k]), _hertz_slope(v[k], u[k])
+    elif n == 1.0:
+        by_u[:] = by_v[:] = 0.5
     else:
         for k in range(by_u.size):
             by_u[k], by_v[k] = _slope(u[k], v[k], n), _slope(v[k], u[k], n)
