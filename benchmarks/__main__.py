@@ -1,4 +1,4 @@
-"""Speed at matched error, beside what a user would pick instead: `python -m benchmarks [W1 W2 W3 W4 W5 W6] [-o FOLDER]`.
+"""Speed at matched error, beside what a user would pick instead: `python -m benchmarks [W1 W2 W3 W4 W5 W6 W7] [-o FOLDER]`.
 
 Install the peers with `pip install .[bench]`. Each work item runs all its candidates in one process, one after the other and
 that several times, each with the loosest of its settings that reaches the error asked for against a reference of another
@@ -45,6 +45,8 @@ from mol_compactons import (
     Symplectic,
     run,
 )
+from mol_compactons.family import describe_scheme
+from mol_compactons.integrators.newton import BandedMatrix
 
 Array = NDArray[np.float64]
 
@@ -278,6 +280,40 @@ def subnormals(folder: Path) -> None:
         csv.writer(file).writerows([("run", "solver", "flushed_cpu_seconds", "kept_cpu_seconds"), *rows])
 
 
+def kernels(folder: Path) -> None:
+    """W7: what one right-hand side, Jacobian, factoring and solve cost on 1,200 points, in microseconds."""
+    header = ("scheme", "n", "f", "Jacobian", "LU", "solve")
+    rows = []
+    for scheme in (CompactScheme("wide", 1e-3), ConservativeScheme(2), ConservativeScheme(4), ConservativeScheme(6)):
+        for n in (3.0, 2.0, 1.5, 1.7):
+            equation, grid = GranularCompacton(n), Grid(60, 1200)
+            system, state = scheme.discretize(equation, grid), Compacton(1, 30).values(equation, grid)
+            matrix, out = BandedMatrix(system), np.empty_like(state)
+            calls = (
+                partial(system.rhs, 0.0, state, out),
+                partial(matrix.linearize, 0.0, state),
+                partial(matrix.factor_linearized, 0.01),
+                partial(matrix.solve_into, state, out),
+            )
+            rows.append([describe_scheme(scheme), f"{n:g}", *(f"{microseconds(call):.1f}" for call in calls)])
+    print(f"\nW7: microseconds at N = 1,200\n\n| {' | '.join(header)} |\n|{'---|' * len(header)}")
+    for row in rows:
+        print(f"| {' | '.join(row)} |")
+    with (folder / "W7.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([header, *rows])
+
+
+def microseconds(call: Callable[[], Any], repeats: int = 500) -> float:
+    """The least time of many calls, after a first one."""
+    call()
+    least = np.inf
+    for _ in range(repeats):
+        started = time.perf_counter()
+        call()
+        least = min(least, time.perf_counter() - started)
+    return 1e6 * least
+
+
 def against_the_wave(base: Simulation, name: str, scheme: Any, size: int, integrator: Any) -> Row:
     """The fastest of some runs with a scheme on a grid, measured against the exact solution."""
     simulation = replace(base, scheme=scheme, grid=Grid(base.grid.length, size), integrator=integrator)
@@ -287,7 +323,7 @@ def against_the_wave(base: Simulation, name: str, scheme: Any, size: int, integr
     return replace(row, setting=described(integrator))
 
 
-ITEMS = {"W1": single, "W2": collision, "W3": scaling, "W4": chains, "W5": schemes, "W6": subnormals}
+ITEMS = {"W1": single, "W2": collision, "W3": scaling, "W4": chains, "W5": schemes, "W6": subnormals, "W7": kernels}
 
 
 def main() -> None:
