@@ -112,11 +112,13 @@ def assemble(
         for c in range(components):
             for diagonal in range(diagonals):
                 place = (diagonal - reach) * components + c - r + width
-                for k in range(size):
-                    cell = first + k if first + k < size else first + k - size
-                    value = mass[r, c, diagonal, cell] - gamma * jacobian[r, c, diagonal, cell]
-                    rows[width + k * components + r, place] = value
-                    largest = max(largest, abs(value))
+                for start, stop, shift in ((first, size, -first), (0, first, size - first)):
+                    m, j = mass[r, c, diagonal, start:stop], jacobian[r, c, diagonal, start:stop]
+                    column = rows[width + (start + shift) * components + r :: components, place]
+                    for k in range(stop - start):
+                        value = m[k] - gamma * j[k]
+                        column[k] = value
+                        largest = max(largest, abs(value))
     _move_border(rows, right, below, corner, width)
     return largest
 
@@ -203,11 +205,11 @@ def solve(
     """
     width, border = len(half), len(edge)
     components, size = residual.shape
+    unknowns = components * size
     for r in range(components):
-        for k in range(size):
-            cell = first + k if first + k < size else first + k - size
-            work[width + k * components + r] = residual[r, cell]
-    end = work[width + components * size - border : width + components * size]
+        part = work[width + r : width + unknowns : components]
+        part[: size - first], part[size - first :] = residual[r, first:], residual[r, :first]
+    end = work[width + unknowns - border : width + unknowns]
     _solve_with_lower(rows, below, half, edge, head, work, end)
     solved = np.zeros(border)
     for s in range(border):
@@ -216,9 +218,8 @@ def solve(
     end[:] = solved
     _solve_with_upper(rows, right, half, edge, head, work, solved)
     for r in range(components):
-        for k in range(size):
-            cell = first + k if first + k < size else first + k - size
-            solution[r, cell] = work[width + k * components + r]
+        part = work[width + r : width + unknowns : components]
+        solution[r, first:], solution[r, :first] = part[: size - first], part[size - first :]
 
 
 @compiled
