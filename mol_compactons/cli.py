@@ -59,7 +59,7 @@ def parser() -> Parser:
     run.add_argument("--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help=SET_HELP)
     run.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     run.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
-    run.add_argument("--keep-subnormals", action="store_true", help="do not count numbers below 2.2e-308 as zero (slower)")
+    run.add_argument("--keep-subnormals", action="store_true", help="do not count numbers below 2.2e-308 as zero")
     run.set_defaults(handle=_run)
 
     info = commands.add_parser("info", help="say what is in a result")

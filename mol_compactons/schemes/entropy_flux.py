@@ -21,14 +21,8 @@ underflow."""
 
 
 @compiled
-def odd_power(w: float, exponent: float) -> float:
+def _odd_power(w: float, exponent: float) -> float:
     """sgn(w) |w|^exponent."""
-    if exponent == 3.0:
-        return w * w * w
-    if exponent == 2.0:
-        return w * abs(w)
-    if exponent == 1.5:
-        return w * math.sqrt(abs(w))
     return float(np.sign(w) * abs(w) ** exponent)
 
 
@@ -70,8 +64,8 @@ def _general_flux(u: float, v: float, n: float) -> float:
     difference = v - u
     if abs(difference) < SERIES_BELOW * larger:
         middle = 0.5 * (u + v)
-        curvature = n * (n - 1) * odd_power(middle, n - 2)
-        return odd_power(middle, n) + curvature * difference * difference / 24
+        curvature = n * (n - 1) * _odd_power(middle, n - 2)
+        return _odd_power(middle, n) + curvature * difference * difference / 24
     return float((abs(v) ** (n + 1) - abs(u) ** (n + 1)) / ((n + 1) * difference))
 
 
@@ -131,7 +125,7 @@ def _slope(u: float, v: float, n: float) -> float:
     if abs(difference) < DERIVATIVE_FLOOR * max(abs(u), abs(v)) or difference == 0.0:
         middle = abs(0.5 * (u + v))
         return float(0.5 * n * middle ** (n - 1)) if middle > 0.0 or n >= 1.0 else 0.0
-    return (_general_flux(u, v, n) - odd_power(u, n)) / difference
+    return (_general_flux(u, v, n) - _odd_power(u, n)) / difference
 
 
 @compiled
