@@ -39,14 +39,14 @@ from mol_compactons import (
     IntegrationError,
     Lattice,
     NearestNeighbours,
+    PowerContact,
     Rosenbrock,
     Simulation,
     SolitaryWave,
     Symplectic,
     run,
 )
-from mol_compactons.family import describe_scheme
-from mol_compactons.integrators.newton import BandedMatrix
+from mol_compactons.integrators.linear.newton import BandedMatrix
 
 Array = NDArray[np.float64]
 
@@ -159,7 +159,7 @@ def chains(folder: Path) -> None:
         for size, t_end in ((1000, 200.0), (100_000, 20.0)):
             wave = SolitaryWave(speed=1, center=100)
             simulation = Simulation(
-                equation=GranularChain(n),
+                equation=GranularChain(PowerContact(n)),
                 grid=Lattice(size),
                 scheme=NearestNeighbours(),
                 initial=[wave],
@@ -295,7 +295,7 @@ def kernels(folder: Path) -> None:
                 partial(matrix.factor_linearized, 0.01),
                 partial(matrix.solve_into, state, out),
             )
-            rows.append([describe_scheme(scheme), f"{n:g}", *(f"{microseconds(call):.1f}" for call in calls)])
+            rows.append([scheme.label, f"{n:g}", *(f"{microseconds(call):.1f}" for call in calls)])
     print(f"\nW7: microseconds at N = 1,200\n\n| {' | '.join(header)} |\n|{'---|' * len(header)}")
     for row in rows:
         print(f"| {' | '.join(row)} |")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons import GranularChain, Lattice, NearestNeighbours, Simulation, SolitaryWave, Symplectic, run
+from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ DISTANCE = 10.0
 def chain(n: float, size: int = 80, t_end: float = 40, step: float = 0.01) -> Simulation:
     """A solitary wave of speed 1 in a free chain, by Verlet's method."""
     return Simulation(
-        equation=GranularChain(n, form="displacements", ends="free"),
+        equation=GranularChain(PowerContact(n), form="displacements", ends="free"),
         grid=Lattice(size),
         scheme=NearestNeighbours(),
         initial=[SolitaryWave(speed=1, center=20)],
@@ -51,8 +51,10 @@ def lammps_displacements(simulation: Simulation) -> Array:
     """The displacements at the end of a free chain by LAMMPS, shape (size,)."""
     equation = simulation.equation
     assert isinstance(equation, GranularChain)
+    law = equation.law
+    assert isinstance(law, PowerContact)
     displacement, momentum = simulation.initial_state()
-    size, n = displacement.size, equation.n
+    size, n = displacement.size, law.n
     engine = load_lammps()
     engine.commands_string(
         f"""
@@ -65,7 +67,7 @@ def lammps_displacements(simulation: Simulation) -> Array:
         pair_style zero {1.5 * DISTANCE}
         pair_coeff * *
         bond_style lepton
-        bond_coeff 1 {DISTANCE} "{equation.strength / (n + 1)}*abs(r)^{n + 1}"
+        bond_coeff 1 {DISTANCE} "{law.strength / (n + 1)}*abs(r)^{n + 1}"
         comm_modify cutoff {3 * DISTANCE}
         """
     )

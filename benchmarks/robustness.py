@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from mol_compactons import CVODE, Compacton, ConservativeScheme, GranularCompacton, Grid, IntegrationError, Simulation, run
-from mol_compactons.invariants import drift
+from mol_compactons.analysis.drift import drift
 
 Order = Literal[2, 4, 6]
 

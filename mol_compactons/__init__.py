@@ -1,22 +1,44 @@
 """mol_compactons: compacton equations by the method of lines.
 
 An equation on a grid is discretised by a scheme into a system of ordinary differential equations, an integrator takes it
-through time, and out comes a labelled xarray Dataset.
+through time, and out comes a labelled xarray Dataset, which everything else reads.
 """
 
-from mol_compactons.chain import GranularChain, NearestNeighbours
-from mol_compactons.chain_waves import SolitaryWave
-from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
+from importlib.metadata import version
+
+from mol_compactons import figures
+from mol_compactons.analysis import (
+    ScalingMap,
+    compare,
+    continuum_of,
+    displacements,
+    drift,
+    first_collision,
+    track,
+    two_way_continuum_of,
+)
+from mol_compactons.chain import (
+    ContactLaw,
+    GranularChain,
+    Impact,
+    NearestNeighbours,
+    PowerContact,
+    SolitaryWave,
+    solitary_profile,
+)
+from mol_compactons.equations import Equation, GranularCompacton, Nesterenko, PowerLaw, PowerLawEquation, RosenauHyman
 from mol_compactons.errors import InputError, IntegrationError
-from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock, Symplectic
-from mol_compactons.nesterenko import Nesterenko
-from mol_compactons.periodic_waves import PeriodicWave
-from mol_compactons.scaling import ScalingMap
-from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
-from mol_compactons.simulation import Simulation, run
-from mol_compactons.waves import Compacton, Impact, Ripple, Samples, Uniform
+from mol_compactons.integrators import CVODE, IDA, Integrator, Midpoint, Rosenbrock, Symplectic
+from mol_compactons.results import open_result, open_study
+from mol_compactons.running import run
+from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme, Scheme
+from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.simulation import Simulation
+from mol_compactons.studies import Family, converge, judge
+from mol_compactons.waves import Compacton, PeriodicWave, Ripple, Samples, Uniform, Wave
+
+__version__ = version("mol_compactons")
 
 __all__ = [
     "CVODE",
@@ -24,6 +46,9 @@ __all__ = [
     "CompactScheme",
     "Compacton",
     "ConservativeScheme",
+    "ContactLaw",
+    "Equation",
+    "Family",
     "FourierScheme",
     "GranularChain",
     "GranularCompacton",
@@ -31,11 +56,13 @@ __all__ = [
     "Impact",
     "InputError",
     "IntegrationError",
+    "Integrator",
     "Lattice",
     "Midpoint",
     "NearestNeighbours",
     "Nesterenko",
     "PeriodicWave",
+    "PowerContact",
     "PowerLaw",
     "PowerLawEquation",
     "Ripple",
@@ -43,9 +70,26 @@ __all__ = [
     "Rosenbrock",
     "Samples",
     "ScalingMap",
+    "Scheme",
+    "SemiDiscretization",
     "Simulation",
     "SolitaryWave",
     "Symplectic",
     "Uniform",
+    "Wave",
+    "__version__",
+    "compare",
+    "continuum_of",
+    "converge",
+    "displacements",
+    "drift",
+    "figures",
+    "first_collision",
+    "judge",
+    "open_result",
+    "open_study",
     "run",
+    "solitary_profile",
+    "track",
+    "two_way_continuum_of",
 ]

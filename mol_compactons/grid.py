@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.configuration import check
+from mol_compactons.configuration import Settings
 from mol_compactons.errors import require
 
 LARGEST_SIZE = 10**8
@@ -15,7 +15,7 @@ LARGEST_SIZE = 10**8
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Settings):
     """A uniform periodic grid, x_j = left + j h with j = 0 .. size - 1 and h = length / size.
 
     The right end is the left end again and is not stored.
@@ -47,7 +47,7 @@ class Grid:
     dimension = "x"
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require(
             1e-9 <= self.length <= 1e9 and abs(self.left) <= 1e9,
             f"grid.length = {self.length:g} must lie between 1e-9 and 1e9, and grid.left = "
@@ -81,7 +81,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Lattice:
+class Lattice(Settings):
     """The sites of a chain, k = 0 .. size - 1, a distance 1 apart.
 
     Parameters
@@ -101,7 +101,7 @@ class Lattice:
     spacing = 1.0
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require(3 <= self.size <= LARGEST_SIZE, f"grid.size = {self.size:.16g} must lie between 3 and {LARGEST_SIZE} sites.")
 
     @property

@@ -19,6 +19,9 @@ from mol_compactons.stencils import convolve
 
 Array = NDArray[np.float64]
 
+DIFFERENCE_STEP = 6e-6
+"""The step of a central difference relative to the state, about the cube root of the rounding error."""
+
 
 @dataclass(frozen=True, eq=False)
 class SemiDiscretization:
@@ -32,12 +35,15 @@ class SemiDiscretization:
         The farthest neighbour on which f or M depends.
     rhs : callable
         ``rhs(t, state, out)`` writes f into `out`; both have shape (components, size).
-    jacobian : callable
-        ``jacobian(t, state, out)`` writes the cyclic diagonals of df/dy into `out`, shape (components, components,
-        2 reach + 1, size): ``out[r, c, reach + d, j]`` is the derivative of f_r in cell j by y_c in cell j + d.
     invariants : callable
         ``invariants(state)`` returns the conserved quantities by name.
-    mass : array of shape (5,) or None
+    jacobian : callable, optional
+        ``jacobian(t, state, out)`` writes the cyclic diagonals of df/dy into `out`, shape (components, components,
+        2 reach + 1, size): ``out[r, c, reach + d, j]`` is the derivative of f_r in cell j by y_c in cell j + d. Without one it
+        is made by differences of f, see `ColouredJacobian`.
+    diagnostics : callable
+        ``diagnostics(state)`` returns what else is worth a number along t.
+    mass : array of shape (2 r + 1,) or None
         The circulant stencil of M, the same for each component; None if M is the identity.
     jacobian_vector : callable or None
         ``jacobian_vector(t, state, vector, out)`` writes df/dy times a vector; for a system whose Jacobian is not banded.
@@ -48,19 +54,27 @@ class SemiDiscretization:
         oscillator, whose first component moves with the second and whose second is pushed by the first.
     damping : float
         The fastest rate at which f damps a grid-scale ripple; 0 for an undamped system, whose spectrum is nearly imaginary.
+    explicit_time : bool
+        Whether f depends on t as such.
     """
 
     size: int
     components: int
     reach: int
     rhs: Callable[[float, Array, Array], None]
-    jacobian: Callable[[float, Array, Array], None]
     invariants: Callable[[Array], dict[str, float]]
+    jacobian: Callable[[float, Array, Array], None] = None  # type: ignore[assignment]  # made in __post_init__
+    diagnostics: Callable[[Array], dict[str, float]] = lambda state: {}
     mass: Array | None = None
     damping: float = 0.0
     jacobian_vector: Callable[[float, Array, Array, Array], None] | None = None
     companion: SemiDiscretization | None = None
     split_steps: Callable[[Array, float, int, Array, Array], None] | None = None
+    explicit_time: bool = False
+
+    def __post_init__(self) -> None:
+        if self.jacobian is None:
+            object.__setattr__(self, "jacobian", ColouredJacobian(self.rhs, self.components, self.reach, self.size))
 
     @property
     def unknowns(self) -> int:
@@ -112,7 +126,8 @@ class SemiDiscretization:
         if self.mass is None:
             return out
         theta = 2 * np.pi * np.fft.rfftfreq(self.size)
-        symbol = np.cos(np.multiply.outer(theta, np.arange(-2, 3))) @ self.mass
+        half = self.mass.size // 2
+        symbol = np.cos(np.multiply.outer(theta, np.arange(-half, half + 1))) @ self.mass
         return np.asarray(np.fft.irfft(np.fft.rfft(out) / symbol, n=self.size))
 
     @cached_property
@@ -123,11 +138,12 @@ class SemiDiscretization:
             if self.mass is None:
                 diagonals[component, component, self.reach] = 1
             else:
-                diagonals[component, component, self.reach - 2 : self.reach + 3] = self.mass[:, None]
+                half = self.mass.size // 2
+                diagonals[component, component, self.reach - half : self.reach + half + 1] = self.mass[:, None]
         return diagonals
 
     @cached_property
-    def _places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    def folded_places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Folded row and column of each entry of the cyclic diagonals, flattened."""
         rows, columns = self._natural_places
         return self.position[rows], self.position[columns]
@@ -149,7 +165,7 @@ class SemiDiscretization:
     @cached_property
     def sparsity(self) -> sparse.csc_array:
         """The pattern of M and df/dy together in folded order, as CSC with sorted indices."""
-        rows, columns = self._places
+        rows, columns = self.folded_places
         pattern = sparse.csc_array((np.ones(rows.size), (rows, columns)), shape=(self.unknowns, self.unknowns))
         pattern.sort_indices()
         pattern.indices, pattern.indptr = pattern.indices.astype(np.int32), pattern.indptr.astype(np.int32)
@@ -158,16 +174,52 @@ class SemiDiscretization:
     @cached_property
     def _csc_entry(self) -> NDArray[np.intp]:
         """For each stored entry of `sparsity`, its index in the flattened cyclic diagonals."""
-        rows, columns = self._places
+        rows, columns = self.folded_places
         return np.lexsort((rows, columns))
 
     def csc_values(self, diagonals: Array) -> Array:
         """Cyclic diagonals as the values of `sparsity`, shape (nnz,)."""
         return np.asarray(diagonals.reshape(-1)[self._csc_entry])
 
-    @cached_property
-    def band_entries(self) -> NDArray[np.intp]:
-        """For each entry of the cyclic diagonals its index in a folded band, flattened; see `integrators.band`."""
-        rows, columns = self._places
-        width = self.half_bandwidth
-        return np.asarray(rows * (3 * width + 1) + columns - rows + width)
+
+class ColouredJacobian:
+    """The cyclic diagonals of df/dy by central differences of f, many columns at once.
+
+    Cells that are more than 2 reach apart have no row in common, so that they are moved together: about 2 (2 reach + 1)
+    evaluations of f for each component, however many cells there are. Source: Curtis, Powell and Reid, J. Inst. Math. Appl.
+    13 (1974) 117, doi:10.1093/imamat/13.1.117.
+
+    Parameters
+    ----------
+    rhs : callable
+        ``rhs(t, state, out)``.
+    components, reach, size : int
+        As those of `SemiDiscretization`.
+    """
+
+    def __init__(self, rhs: Callable[[float, Array, Array], None], components: int, reach: int, size: int) -> None:
+        self._rhs, self._components, self._reach = rhs, components, reach
+        width = 2 * reach + 1
+        # The last cells of the ring have colours of their own unless the width divides the size.
+        regular = size - size % width
+        cells = np.arange(size)
+        self._colour = np.where(cells < regular, cells % width, width + cells - regular)
+
+    def __call__(self, t: float, state: Array, out: Array) -> None:
+        """Write the cyclic diagonals at a state, shape (components, components, 2 reach + 1, size)."""
+        out[:] = 0.0
+        size = state.shape[1]
+        ahead, behind = np.empty((2, *state.shape))
+        for component in range(self._components):
+            largest = float(np.abs(state[component]).max())
+            step = DIFFERENCE_STEP * np.maximum(np.abs(state[component]), largest or 1.0)
+            for colour in range(int(self._colour.max()) + 1):
+                columns = np.flatnonzero(self._colour == colour)
+                for moved, sign in ((ahead, 1.0), (behind, -1.0)):
+                    shifted = state.copy()
+                    shifted[component, columns] += sign * step[columns]
+                    self._rhs(t, shifted, moved)
+                change = ahead - behind
+                for diagonal in range(-self._reach, self._reach + 1):
+                    rows = (columns - diagonal) % size
+                    out[:, component, self._reach + diagonal, rows] = change[:, rows] / (2 * step[columns])

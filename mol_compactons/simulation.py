@@ -1,58 +1,50 @@
-"""One simulation: what is solved, where, how, from what and how long; and `run`, which does it."""
+"""One simulation: what is solved, where, how, from what and how long."""
 
 from __future__ import annotations
 
 import json
-import signal
-import threading
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass, field, fields
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.chain import GranularChain, NearestNeighbours
-from mol_compactons.chain_waves import SolitaryWave
-from mol_compactons.configuration import check, decode, encode
-from mol_compactons.equations import GranularCompacton, PowerLawEquation, RosenauHyman
-from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.configuration import Settings, decode, encode
+from mol_compactons.equations.base import Equation
+from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock, Symplectic
-from mol_compactons.integrators.progress import Report, no_report
-from mol_compactons.nesterenko import Nesterenko
-from mol_compactons.periodic_waves import PeriodicWave
-from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme
+from mol_compactons.integrators.base import Integrator
+from mol_compactons.integrators.sundials import IDA
+from mol_compactons.schemes.base import Scheme, best_scheme
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.subnormals import flushing_subnormals
-from mol_compactons.waves import Compacton, Impact, Ripple, Samples, Uniform, superpose
+from mol_compactons.stencils import central
+from mol_compactons.waves.base import LocalizedWave, Wave, superpose
 
-if TYPE_CHECKING:
-    import xarray as xr
+VISCOSITY_NAMES = ("viscosity", "grid viscosity")
 
-Equation = GranularCompacton | RosenauHyman | Nesterenko | PowerLawEquation | GranularChain
-Scheme = CompactScheme | ConservativeScheme | FourierScheme | NearestNeighbours
-Wave = Compacton | SolitaryWave | PeriodicWave | Impact | Samples | Uniform | Ripple
-Integrator = IDA | CVODE | Midpoint | Rosenbrock | Symplectic
+LONGEST_FIELD = 40
+"""How much of a field a headline shows."""
+
+SMALLEST_FOR_SPEED = 8
+"""The fewest points that the differences of `speed_of` need."""
 
 MOST_FRAMES = 10**7
 """The largest number of output times."""
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(Settings):
     """An equation on a grid, discretised by a scheme, from exact waves at t = 0 to t_end.
 
     Parameters
     ----------
-    equation, grid, scheme
-        A continuous equation on a Grid with its discretisation, or a chain on its Lattice with the differences that belong
-        to it; which of them go together is for ``scheme.discretize`` to say. By default the scheme is the one that is best for
-        the granular compacton equation, ``ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6)``; see
-        docs/schemes.md.
+    equation, grid
+        A continuous equation on a Grid, or a chain on its Lattice.
+    scheme : Scheme, optional
+        The discretisation; which goes with which equation is for ``scheme.discretize`` to say. None, the default, takes the
+        one that suits the equation best, with settings for the speeds of the initial data, see `best_scheme` and
+        docs/schemes.md. It is stored as if it had been given.
     initial : list of waves
         Their sum is the state at t = 0. The supports of compactons must not overlap.
     t_end : float
@@ -71,6 +63,7 @@ class Simulation:
 
     Examples
     --------
+    >>> from mol_compactons import Compacton, GranularCompacton
     >>> simulation = Simulation(
     ...     equation=GranularCompacton(n=3),
     ...     grid=Grid(length=30, size=120),
@@ -78,22 +71,23 @@ class Simulation:
     ...     t_end=1,
     ...     frames=3,
     ... )
-    >>> dataset = run(simulation)
-    >>> dataset.W.dims, dataset.sizes["x"], dataset.attrs["status"]
-    (('t', 'x'), 120, 'complete')
+    >>> simulation.scheme
+    ConservativeScheme(order=4, viscosity=0.0, grid_viscosity=0.03, viscosity_order=6)
     """
 
     equation: Equation
     grid: Grid | Lattice
     initial: Sequence[Wave]
     t_end: float
-    scheme: Scheme = field(default_factory=lambda: ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6))
+    scheme: Scheme = None  # type: ignore[assignment]  # chosen in __post_init__
     frames: int = 101
     integrator: Integrator = field(default_factory=IDA)
     title: str = ""
 
     def __post_init__(self) -> None:
-        check(self)
+        if self.scheme is None and isinstance(self.equation, Equation):
+            object.__setattr__(self, "scheme", self._best_scheme())
+        super().__post_init__()
         require(1e-9 <= self.t_end <= 1e12, f"t_end = {self.t_end:g} must lie between 1e-9 and 1e12.")
         require(
             2 <= self.frames <= MOST_FRAMES,
@@ -101,6 +95,15 @@ class Simulation:
         )
         self.integrator.check_system(self.discretize())
         self.initial_state()
+
+    def _best_scheme(self) -> Scheme:
+        for part, kind in ((self.grid, Grid | Lattice), (self.initial, Sequence)):
+            # What is wrong with these is for the check of all fields to say.
+            if not isinstance(part, kind):
+                return cast(Scheme, None)
+        state = self.initial_state()
+        speeds = [abs(wave.speed) for wave in self.initial if isinstance(wave, LocalizedWave)]
+        return best_scheme(self.equation, max(speeds, default=0.0) or speed_of(self.equation, self.grid, state))
 
     def discretize(self) -> SemiDiscretization:
         """The system of ordinary differential equations."""
@@ -114,6 +117,19 @@ class Simulation:
     def times(self) -> NDArray[np.float64]:
         """The output times, shape (frames,)."""
         return np.linspace(0.0, self.t_end, self.frames)
+
+    @property
+    def headline(self) -> str:
+        """One line for titles and pictures: the title and, made from the settings, what distinguishes the run."""
+        amounts = [
+            f"{kind} {amount:g}" for kind, amount in zip(VISCOSITY_NAMES, self.scheme.viscosities, strict=True) if amount
+        ]
+        speeds = [f"{wave.speed:g}" for wave in self.initial if isinstance(wave, LocalizedWave)]
+        waves = (
+            f"c = {', '.join(speeds)}" if speeds else ", ".join(dict.fromkeys(type(wave).__name__ for wave in self.initial))
+        )
+        discrete = ", ".join([f"{self.scheme.label}, N = {self.grid.size}", *amounts])
+        return f"{self.title or type(self.equation).__name__}: {brief(self.equation)}; {waves}; {discrete}"
 
     def to_json(self) -> str:
         """The simulation as JSON, from which `from_json` makes it again, bit for bit."""
@@ -134,92 +150,40 @@ class Simulation:
             raise InputError(f"The text is not JSON ({error}); give what Simulation.to_json() returned.") from None
         simulation = decode(cls, data)
         require(isinstance(simulation, cls), "The JSON does not describe a Simulation.")
-        return simulation  # type: ignore[no-any-return]
+        return cast(Simulation, simulation)
 
 
-def run(
-    simulation: Simulation,
-    path: str | Path | None = None,
-    *,
-    overwrite: bool = False,
-    report: Report = no_report,
-    flush_subnormals: bool = True,
-) -> xr.Dataset:
-    """Integrate a simulation and return its frames as a labelled Dataset.
+def brief(settings: Any) -> str:
+    """A part of a simulation in a few characters: its class, and the fields that differ from their defaults."""
+    shown = []
+    for one in fields(settings):
+        value = getattr(settings, one.name)
+        default = one.default_factory() if one.default_factory is not MISSING else one.default
+        if default is MISSING or value != default:
+            text = f"{value:g}" if isinstance(value, float) else brief(value) if isinstance(value, Settings) else str(value)
+            shown.append(f"{one.name}={text if len(text) < LONGEST_FIELD else text[:LONGEST_FIELD] + '...'}")
+    return f"{type(settings).__name__}({', '.join(shown)})"
+
+
+def speed_of(equation: Equation, grid: Grid | Lattice, state: NDArray[np.float64]) -> float:
+    """The speed at which a state moves, ||u_t|| / ||u_x|| in L2: that of a travelling wave, and 1 where there is none.
 
     Parameters
     ----------
-    simulation : Simulation
-        What to run.
-    path : str or Path, optional
-        A NetCDF file. Frames stream into it while the run goes on, and the Dataset returned reads from it lazily. Without
-        a path the frames stay in memory.
-    overwrite : bool
-        Whether a file that exists may be replaced.
-    report : callable, optional
-        Called now and then with the time reached.
-    flush_subnormals : bool
-        Whether numbers below 2.2e-308 count as zero during the run, where the machine allows it.
-
-    Returns
-    -------
-    xarray.Dataset
-        The components (t, x), the conserved quantities (t), and in its attributes the simulation, the status and the
-        cost.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, or the integrator cannot take the system; nothing is written then.
-    IntegrationError
-        If the integrator gives up. The frames up to there are in the file, or in the error's attribute `dataset`.
+    equation, grid
+        What is solved, and where.
+    state : array, shape (components, N)
+        The initial data.
     """
-    from mol_compactons.dataset import MemoryRecorder, cost_attributes
-    from mol_compactons.store import NetCDFRecorder
+    if isinstance(grid, Lattice) or equation.two_way or not equation.has_local_flux or grid.size < SMALLEST_FOR_SPEED:
+        return 1.0
 
-    system = simulation.discretize()
-    state = simulation.initial_state()
-    integration = simulation.integrator.start(system, state, simulation.t_end)
-    conserved = list(system.invariants(state))
-    recorder = (
-        MemoryRecorder(simulation, conserved) if path is None else NetCDFRecorder(simulation, conserved, Path(path), overwrite)
-    )
-    started = time.process_time()
-    status, failure = "interrupted at t = 0", None
-    try:
-        recorder.append(0.0, state, system.invariants(state))
-        with stopping_on_signals(report) as watch, flushing_subnormals(flush_subnormals):
-            watch(0.0)
-            for t in simulation.times[1:]:
-                state = integration.advance(t, watch)
-                recorder.append(t, state, system.invariants(state))
-                status = f"interrupted at t = {t:.6g}"
-        status = "complete"
-    except IntegrationError as error:
-        status, failure = f"failed at t = {error.t:.6g}: {error}", error
-    finally:
-        recorder.close(cost_attributes(status, integration.counters, time.process_time() - started))
-    if failure:
-        raise IntegrationError(str(failure), failure.t, recorder.dataset())
-    return recorder.dataset()
+    def derivative(values: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+        return central(order, 2).apply(np.ascontiguousarray(values), grid.spacing)
 
-
-@contextmanager
-def stopping_on_signals(report: Report) -> Iterator[Report]:
-    """A report that raises KeyboardInterrupt after SIGINT or SIGTERM, between two steps and never inside the solver."""
-    if threading.current_thread() is not threading.main_thread():
-        yield report
-        return
-    caught: list[int] = []
-    before = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def watch(t: float) -> None:
-        report(t)
-        if caught:
-            raise KeyboardInterrupt
-
-    try:
-        yield watch
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    rate = derivative(equation.local_flux(0.0, grid.coordinates, state, derivative), 1)
+    slope = derivative(state[0], 1)
+    moved, steepness = float(np.linalg.norm(rate)), float(np.linalg.norm(slope))
+    if not (np.isfinite(moved) and moved > 0 and steepness > 0):
+        return 1.0
+    return moved / steepness

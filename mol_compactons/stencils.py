@@ -1,52 +1,78 @@
-"""Five-point finite-difference stencils on a periodic grid, by name, with their symbols and orders."""
+"""Finite-difference stencils on a periodic grid, by name, with their symbols and orders."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from math import factorial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.compiled import compiled
+from mol_compactons.runtime.compiled import compiled
 
 
 @dataclass(frozen=True)
 class Stencil:
-    """Coefficients of u_(j-2) .. u_(j+2) that approximate h^derivative times a derivative of u.
+    """Coefficients of u_(j-r) .. u_(j+r) that approximate h^derivative times a derivative of u.
 
     Parameters
     ----------
     coefficients : tuple of float
-        The five coefficients.
+        The 2 r + 1 coefficients.
     derivative : int
         Which derivative; 0 for an average.
     order : int
         The power of h at which the error falls; for the members of a compact pair, that of the pair.
     """
 
-    coefficients: tuple[float, float, float, float, float]
+    coefficients: tuple[float, ...]
     derivative: int
     order: int
 
     @property
+    def offsets(self) -> NDArray[np.intp]:
+        """The neighbours that the coefficients belong to, -r .. r."""
+        half = len(self.coefficients) // 2
+        return np.arange(-half, half + 1)
+
+    @property
     def reach(self) -> int:
         """How many neighbours on each side take part."""
-        return max(abs(offset) for offset, c in zip(range(-2, 3), self.coefficients, strict=True) if c)
+        return max(abs(int(offset)) for offset, c in zip(self.offsets, self.coefficients, strict=True) if c)
 
     def scaled(self, spacing: float) -> NDArray[np.float64]:
-        """The coefficients divided by h^derivative, shape (5,)."""
+        """The coefficients divided by h^derivative, shape (2 r + 1,)."""
         return np.array(self.coefficients) / spacing**self.derivative
 
     def apply(self, u: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
-        """The derivative of u, shape (N,) with N >= 5, on a periodic grid; same shape."""
+        """The derivative of u, shape (N,) with N > 2 r, on a periodic grid; same shape."""
         result = np.empty_like(u)
         convolve(self.scaled(spacing), u, result)
         return result
 
     def symbol(self, theta: NDArray[np.float64]) -> NDArray[np.complex128]:
         """The eigenvalues of the stencil on exp(i theta j), complex, same shape as theta (theta = k h)."""
-        offsets = np.arange(-2, 3)
-        return np.asarray(np.exp(1j * np.multiply.outer(np.asarray(theta), offsets)) @ np.array(self.coefficients))
+        return np.asarray(np.exp(1j * np.multiply.outer(np.asarray(theta), self.offsets)) @ np.array(self.coefficients))
+
+
+@cache
+def central(derivative: int, order: int) -> Stencil:
+    """The narrowest central difference for a derivative, 1 or more, to an even order.
+
+    Examples
+    --------
+    >>> central(2, 4).coefficients == SECOND_FIVE_POINT.coefficients
+    True
+    """
+    half = (derivative + 1) // 2 + order // 2 - 1
+    offsets = np.arange(-half, half + 1)
+    moments = np.vander(offsets.astype(float), increasing=True).T
+    wanted = np.zeros(offsets.size)
+    wanted[derivative] = factorial(derivative)
+    # The coefficients are rational with small denominators; rounding them to these makes sums of them vanish exactly.
+    common = 1209600
+    return Stencil(tuple(np.round(np.linalg.solve(moments, wanted) * common) / common), derivative, order)
 
 
 COMPACT_MASS = Stencil((1 / 120, 26 / 120, 66 / 120, 26 / 120, 1 / 120), derivative=0, order=6)
@@ -68,7 +94,17 @@ SECOND_FIVE_POINT = Stencil((-1 / 12, 16 / 12, -30 / 12, 16 / 12, -1 / 12), deri
 
 @compiled
 def convolve(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[np.float64]) -> None:
-    """Apply a five-point stencil, shape (5,), to u, shape (N,) with N >= 5, on a periodic grid; result in `out`."""
+    """Apply a stencil, shape (2 r + 1,), to u, shape (N,) with N > 2 r, on a periodic grid; result in `out`."""
+    if stencil.size == 5:
+        _convolve_five(stencil, u, out)
+    else:
+        out[:] = 0.0
+        add_convolution(stencil, u, out)
+
+
+@compiled
+def _convolve_five(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """The same for the usual width, in one loop."""
     size = u.size
     far_left, left, middle, right, far_right = stencil[0], stencil[1], stencil[2], stencil[3], stencil[4]
     for k in range(size - 4):
@@ -82,3 +118,19 @@ def convolve(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[
             + right * u[(j + 1) % size]
             + far_right * u[(j + 2) % size]
         )
+
+
+@compiled
+def add_convolution(stencil: NDArray[np.float64], u: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+    """Add a stencil, shape (2 r + 1,), applied to u, shape (N,) with N > 2 r, on a periodic grid."""
+    size, reach = u.size, stencil.size // 2
+    inner = out[reach : size - reach]
+    for k in range(stencil.size):
+        coefficient, shifted = stencil[k], u[k:]
+        for j in range(inner.size):
+            inner[j] += coefficient * shifted[j]
+    for edge in range(-reach, reach):
+        total = 0.0
+        for k in range(stencil.size):
+            total += stencil[k] * u[(edge - reach + k) % size]
+        out[edge] += total

@@ -12,8 +12,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from mol_compactons import IDA, CompactScheme, run
-from mol_compactons.invariants import drift
-from mol_compactons.tracking import first_collision, track
+from mol_compactons.analysis.collisions import first_collision
+from mol_compactons.analysis.drift import drift
+from mol_compactons.analysis.tracking import track
 
 bright_bright = runpy.run_path(str(Path(__file__).with_name("collision_study.py")))
 collision, study = bright_bright["collision"], bright_bright["study"]

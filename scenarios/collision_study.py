@@ -20,11 +20,11 @@ from mol_compactons import (
     Grid,
     Simulation,
 )
-from mol_compactons.convergence import converge
-from mol_compactons.family import Family
-from mol_compactons.plots import convergence_overview
-from mol_compactons.report import differences_of_limits, report
-from mol_compactons.store import write_tree
+from mol_compactons.figures import convergence_overview
+from mol_compactons.results.netcdf import write_tree
+from mol_compactons.studies.convergence import converge
+from mol_compactons.studies.family import Family
+from mol_compactons.studies.report import differences_of_limits, report
 
 CONSERVATIVE = Family(
     sizes=(200, 400, 800),

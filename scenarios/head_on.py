@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from mol_compactons import GranularChain, Lattice, NearestNeighbours, Simulation, SolitaryWave, Symplectic, run
+from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
 
 simulation = Simulation(
     title="Two solitary waves of the Hertz chain meet head on",
-    equation=GranularChain(n=3 / 2, law="one_sided"),
+    equation=GranularChain(PowerContact(n=3 / 2, kind="one_sided")),
     grid=Lattice(size=240),
     scheme=NearestNeighbours(),
     initial=[SolitaryWave(speed=1, center=60), SolitaryWave(speed=-1, center=180)],
@@ -22,8 +22,10 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
-    from mol_compactons.tracking import first_collision, peaks, track
+    from mol_compactons.analysis.collisions import first_collision
+    from mol_compactons.analysis.peaks import peaks
+    from mol_compactons.analysis.tracking import track
+    from mol_compactons.figures import overview
 
     for center, place in ((60.5, "a grain"), (60, "a contact")):
         waves = [SolitaryWave(speed=1, center=center), SolitaryWave(speed=-1, center=center + 120)]

@@ -6,10 +6,11 @@ compared with the exact solitary wave of the chain: from the height of each wave
 
 import numpy as np
 
-from mol_compactons import GranularChain, Impact, Lattice, NearestNeighbours, Simulation, Symplectic, run
-from mol_compactons.chain_waves import solitary_profile
+from mol_compactons import GranularChain, Impact, Lattice, NearestNeighbours, PowerContact, Simulation, Symplectic, run
+from mol_compactons.chain.solitary_wave import solitary_profile
 
-equation = GranularChain(n=3 / 2, form="displacements", ends="free", law="one_sided")
+contact = PowerContact(n=3 / 2, kind="one_sided")
+equation = GranularChain(contact, form="displacements", ends="free")
 
 simulation = Simulation(
     title="A blow on a Hertz chain",
@@ -37,7 +38,7 @@ def passing(stress: np.ndarray, times: np.ndarray, site: int, count: int) -> lis
 
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     dataset = run(simulation, "hertz_chain.nc", overwrite=True)
     overview(dataset).savefig("hertz_chain.png")
@@ -47,4 +48,4 @@ if __name__ == "__main__":
     print("height   speed measured   speed of the exact wave of this height")
     trains = [passing(stress, dataset.t.values, site, 4) for site in (near, far)]
     for (first, _), (second, height) in zip(*trains, strict=True):
-        print(f"{height:6.4f} {(far - near) / (second - first):16.4f} {(height / unit) ** ((equation.n - 1) / 2):28.4f}")
+        print(f"{height:6.4f} {(far - near) / (second - first):16.4f} {(height / unit) ** ((contact.n - 1) / 2):28.4f}")

@@ -5,11 +5,11 @@ its Fig. 1. The slow wave shows where the comparison ends: in the chain it moves
 c = 1/4, so that the fast one, the same in both, catches it up later in the chain. docs/lattice.md discusses the numbers.
 """
 
-from mol_compactons import Compacton, GranularChain, Lattice, NearestNeighbours, Simulation, Symplectic, run
+from mol_compactons import Compacton, GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, Symplectic, run
 
 simulation = Simulation(
     title="Two compactons in the Hertz chain (Fig. 4)",
-    equation=GranularChain(n=3 / 2),
+    equation=GranularChain(PowerContact(n=3 / 2)),
     grid=Lattice(size=80),
     scheme=NearestNeighbours(),
     initial=[Compacton(speed=1, center=10), Compacton(speed=1 / 2, center=16)],  # V = sqrt(c)
@@ -19,9 +19,10 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.compare import compare, continuum_of
-    from mol_compactons.plots import side_by_side
-    from mol_compactons.tracking import first_collision, track
+    from mol_compactons.analysis.chain_and_continuum import compare, continuum_of
+    from mol_compactons.analysis.collisions import first_collision
+    from mol_compactons.analysis.tracking import track
+    from mol_compactons.figures import side_by_side
 
     discrete = run(simulation, "lattice_collision.nc", overwrite=True)
     smooth = run(continuum_of(simulation), "lattice_collision_continuum.nc", overwrite=True)

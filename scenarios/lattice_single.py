@@ -8,12 +8,22 @@ the compacton's data shed a little. docs/lattice.md discusses the numbers.
 
 from dataclasses import replace
 
-from mol_compactons import Compacton, GranularChain, Lattice, NearestNeighbours, Simulation, SolitaryWave, Symplectic, run
-from mol_compactons.compare import compare, continuum_of, two_way_continuum_of
+from mol_compactons import (
+    Compacton,
+    GranularChain,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
+from mol_compactons.analysis.chain_and_continuum import compare, continuum_of, two_way_continuum_of
 
 simulation = Simulation(
     title="A compacton in the Hertz chain, n = 3/2 (Fig. 3)",
-    equation=GranularChain(n=3 / 2, ends="held"),
+    equation=GranularChain(PowerContact(n=3 / 2), ends="held"),
     grid=Lattice(size=40),
     scheme=NearestNeighbours(),
     initial=[Compacton(speed=1, center=10)],
@@ -25,7 +35,7 @@ simulation = Simulation(
 
 def study(chain: Simulation, name: str) -> None:
     """Chain, both continua and the exact wave of the chain: stored, drawn, and compared at the end."""
-    from mol_compactons.plots import side_by_side
+    from mol_compactons.figures import side_by_side
 
     discrete = run(chain, f"{name}.nc", overwrite=True)
     smooth = run(continuum_of(chain), f"{name}_continuum.nc", overwrite=True)
@@ -45,5 +55,5 @@ def study(chain: Simulation, name: str) -> None:
 
 if __name__ == "__main__":
     study(simulation, "lattice_single")
-    cubic = replace(simulation, title="The same with n = 3", equation=GranularChain(n=3, ends="held"))
+    cubic = replace(simulation, title="The same with n = 3", equation=GranularChain(PowerContact(n=3), ends="held"))
     study(cubic, "lattice_single_n3")

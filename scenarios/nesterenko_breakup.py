@@ -22,6 +22,7 @@ from mol_compactons import (
     Lattice,
     NearestNeighbours,
     Nesterenko,
+    PowerContact,
     Simulation,
     run,
 )
@@ -44,7 +45,7 @@ simulation = Simulation(
 
 chain = Simulation(
     title="The same pulse in the chain",
-    equation=GranularChain(n=3 / 2),
+    equation=GranularChain(PowerContact(n=3 / 2)),
     grid=Lattice(size=60),
     scheme=NearestNeighbours(),
     initial=[Compacton(speed=1, center=10)],
@@ -81,7 +82,7 @@ def fastest_rate(points_per_grain: int) -> float:
 
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     print("points per grain   10 % off at t   growth rate   fastest of linear theory")
     for count in (2, 4, 8, 16):

@@ -19,7 +19,7 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     dataset = run(simulation, "no_viscosity.nc", overwrite=True)
     overview(dataset).savefig("no_viscosity.png")

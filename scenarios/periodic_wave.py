@@ -22,7 +22,7 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     dataset = run(simulation, "periodic_wave.nc", overwrite=True)
     overview(dataset).savefig("periodic_wave.png")

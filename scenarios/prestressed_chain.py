@@ -10,11 +10,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from mol_compactons import Compacton, GranularChain, Lattice, NearestNeighbours, Simulation, SolitaryWave, Symplectic, run
+from mol_compactons import (
+    Compacton,
+    GranularChain,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
 
 simulation = Simulation(
     title="A weak compacton in a chain with a linear term, n = 3",
-    equation=GranularChain(n=3, linear=1),
+    equation=GranularChain(PowerContact(n=3, linear=1)),
     grid=Lattice(size=400),
     scheme=NearestNeighbours(),
     initial=[Compacton(speed=1.01**0.5, center=40)],
@@ -32,8 +42,8 @@ def near_the_crest(stress: np.ndarray) -> float:
 
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
-    from mol_compactons.tracking import track
+    from mol_compactons.analysis.tracking import track
+    from mol_compactons.figures import overview
 
     print("V^2    near the crest   width of the compacton   of the exact wave   change of the exact wave")
     for squared in (2.0, 1.1, 1.01):

@@ -18,7 +18,7 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     dataset = run(simulation, "rarefaction.nc", overwrite=True)
     overview(dataset).savefig("rarefaction.png")

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from mol_compactons import GranularChain, Lattice, NearestNeighbours, Simulation, SolitaryWave, Symplectic, run
+from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
 
 simulation = Simulation(
     title="A dark solitary wave in a chain with F = -z^2 + z",
-    equation=GranularChain(n=2, linear=1, law="rarefaction"),
+    equation=GranularChain(PowerContact(n=2, linear=1, kind="rarefaction")),
     grid=Lattice(size=120),
     scheme=NearestNeighbours(),
     initial=[SolitaryWave(speed=1.4, center=30, sign=-1)],
@@ -22,11 +22,11 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     dataset = run(simulation, "rarefaction_chain.nc", overwrite=True)
     overview(dataset).savefig("rarefaction_chain.png")
     exact = simulation.initial[0].values(simulation.equation, simulation.grid, simulation.t_end)[0]
     print(f"after t = 50: largest change {np.abs(dataset.R.values[-1] - exact).max():.1e} of {-exact.min():.4f}")
-    odd = run(replace(simulation, equation=GranularChain(n=2, linear=1)))
+    odd = run(replace(simulation, equation=GranularChain(PowerContact(n=2, linear=1))))
     print(f"largest distance from the chain with F = |z| z + z: {float(np.abs(odd.R - dataset.R).max()):.1e}")

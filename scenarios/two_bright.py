@@ -20,7 +20,7 @@ simulation = Simulation(
 )
 
 if __name__ == "__main__":
-    from mol_compactons.plots import overview
+    from mol_compactons.figures import overview
 
     dataset = run(simulation, "two_bright.nc", overwrite=True)
     overview(dataset).savefig("two_bright.png")

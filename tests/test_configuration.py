@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mol_compactons import InputError, Simulation
-from mol_compactons.configuration import assign, check, decode, encode
+from mol_compactons.assignment import assign
+from mol_compactons.configuration import check, decode, encode
 from mol_compactons.integrators import IDA, Midpoint
 from tests.systems import one_compacton
 
@@ -119,12 +120,12 @@ def test_changes_are_checked_together() -> None:
         ("grid.size", "abc", "must be a whole number"),
         ("grid.size", "1/0", "is not a finite number"),
         ("scheme.viscosity", "-1", "must not be negative"),
-        ("scheme", "IDA", "must be CompactScheme or ConservativeScheme"),
+        ("scheme", "IDA", r"must be Scheme \(CompactScheme, ConservativeScheme"),
         ("integrator", "IDA(rtoll=1)", "did you mean 'rtol'"),
         ("equation", "GranularCompacton(2, 3)", "has too many arguments; GranularCompacton takes n"),
         ("grid", "Grid(30, length=60)", "says length twice"),
         ("initial", "[Compacton(speed=1)]", "needs a value for center"),
-        ("equation", "print(1)", "must be GranularCompacton"),
+        ("equation", "print(1)", r"must be Equation \(GranularChain, GranularCompacton"),
     ],
 )
 def test_assign_refuses_in_one_sentence(path: str, value: str, words: str) -> None:

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mol_compactons import run, scenarios
-from mol_compactons.chain_waves import solitary_profile
-from mol_compactons.compare import compare, continuum_of
-from mol_compactons.configuration import assign
-from mol_compactons.convergence import converge
-from mol_compactons.tracking import first_collision, track
+from mol_compactons import run
+from mol_compactons.analysis.chain_and_continuum import compare, continuum_of
+from mol_compactons.analysis.collisions import first_collision
+from mol_compactons.analysis.tracking import track
+from mol_compactons.assignment import assign
+from mol_compactons.chain.solitary_wave import solitary_profile
+from mol_compactons.cli import scenarios
+from mol_compactons.studies.convergence import converge
 from tests.systems import relative_error
 
 

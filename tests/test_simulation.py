@@ -11,11 +11,15 @@ from mol_compactons import (
     Compacton,
     CompactScheme,
     ConservativeScheme,
+    GranularChain,
     GranularCompacton,
     Grid,
     InputError,
+    Lattice,
     Midpoint,
+    NearestNeighbours,
     Nesterenko,
+    PowerContact,
     Samples,
     Simulation,
     run,
@@ -105,5 +109,7 @@ def test_the_default_scheme_is_the_best_one_for_the_granular_equation() -> None:
     assert simulation.scheme == ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6)
     dataset = run(simulation)
     assert 0.97 < float(dataset.momentum[-1] / dataset.momentum[0]) < 1
-    with pytest.raises(InputError, match="choose CompactScheme"):
-        Simulation(equation=Nesterenko(2), grid=Grid(20, 60), initial=[Compacton(1, 10)], t_end=1)
+    two_way = Simulation(equation=Nesterenko(2), grid=Grid(20, 60), initial=[Compacton(1, 10)], t_end=1)
+    assert isinstance(two_way.scheme, CompactScheme)
+    chain = Simulation(equation=GranularChain(PowerContact(2)), grid=Lattice(30), initial=[Compacton(1, 10)], t_end=1)
+    assert chain.scheme == NearestNeighbours()

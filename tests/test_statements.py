@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mol_compactons import Compacton, GranularCompacton, Grid, RosenauHyman
-from mol_compactons.nesterenko import Nesterenko
-from mol_compactons.residuals import interior_residual
+from mol_compactons.analysis.residuals import interior_residual
+from mol_compactons.equations.nesterenko import Nesterenko
 from tests.systems import Array
 
 GRID = Grid(length=2 * np.pi, size=64)
@@ -31,8 +31,8 @@ def energy(equation: GranularCompacton, w: Array) -> float:
 def flux(equation: GranularCompacton, w: Array) -> Array:
     """The flux of the package, with spectral derivatives."""
     out = np.empty_like(w)
-    equation.flux.convective(w, out)
-    return out + equation.flux.b(w) * derivative(equation.flux.g(w), 2)
+    equation.dispersive_flux.convective(w, out)
+    return out + equation.dispersive_flux.b(w) * derivative(equation.dispersive_flux.g(w), 2)
 
 
 def smooth_state(seed: int, mean: float) -> Array:
@@ -112,13 +112,13 @@ def test_the_energies_of_the_other_equations_are_conserved() -> None:
     for m in (2, 3):
         f = u**m + derivative(u**m, 2)
         assert abs(float((u**m) @ derivative(f))) < 1e-9 * float(np.abs(u**m) @ np.abs(derivative(f)))
-        assert RosenauHyman(m, m).flux.variational_constant is None
+        assert RosenauHyman(m, m).dispersive_flux.variational_constant is None
     equation = Nesterenko(n=2, strength=1.3, grain_distance=0.4, prestress=0.7)
     stress, velocity = smooth_state(4, 3), smooth_state(5, 0)
-    g = equation.flux.g(stress)
+    g = equation.dispersive_flux.g(stress)
     out = np.empty_like(stress)
-    equation.flux.convective(stress, out)
-    f = out + equation.flux.b(stress) * derivative(g, 2)
+    equation.dispersive_flux.convective(stress, out)
+    f = out + equation.dispersive_flux.b(stress) * derivative(g, 2)
     step = 1e-5
 
     def total(s: Array, v: Array) -> float:

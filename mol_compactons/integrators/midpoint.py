@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.newton import NewtonMatrix, newton_matrix
-from mol_compactons.integrators.progress import Counters, Report, no_report
+from mol_compactons.integrators.base import Counters, Integrator, Report, no_report
+from mol_compactons.integrators.linear.newton import NewtonMatrix, newton_matrix
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -39,7 +38,7 @@ doi:10.1016/0375-9601(90)90962-N; Kahan and Li, Math. Comp. 66 (1997) 1089, doi:
 
 
 @dataclass(frozen=True)
-class Midpoint:
+class Midpoint(Integrator):
     r"""The implicit midpoint rule M (y1 - y0) = tau f(t + tau/2, (y0 + y1) / 2) with a fixed step, and two extensions.
 
     The rule conserves every quadratic invariant of the semi-discretisation, up to the tolerance of its Newton iteration, and
@@ -82,7 +81,7 @@ class Midpoint:
     points: int = 1
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require(self.step > 0, f"integrator.step = {self.step:g} must be positive; the paper has 0.01.")
         require(
             1e-15 <= self.tolerance <= 1e-2,
@@ -93,8 +92,16 @@ class Midpoint:
             f"integrator.points = {self.points} must lie between 1, the midpoint, and {MOST_POINTS}.",
         )
 
-    def check_system(self, system: SemiDiscretization) -> None:
-        """Any system will do."""
+    coarsening = 2.0
+
+    @property
+    def own_tolerance(self) -> float:
+        """The step."""
+        return self.step
+
+    def with_tolerance(self, tolerance: float) -> Midpoint:
+        """The same method with another step."""
+        return replace(self, step=tolerance)
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> MidpointIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""

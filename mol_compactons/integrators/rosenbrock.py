@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.compiled import compiled
-from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.newton import BandedMatrix
-from mol_compactons.integrators.progress import REPORT_INTERVAL, Counters, Report, no_report
+from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, no_report
+from mol_compactons.integrators.linear.newton import BandedMatrix
+from mol_compactons.integrators.sundials import CVODE
+from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import convolve
 
@@ -110,19 +111,31 @@ INTERPOLATION = np.array(
 """The coefficients of Rodas5P: Steinebach, BIT Numer. Math. 63 (2023) 27, doi:10.1007/s10543-023-00967-x, in the form that
 needs no products with the Jacobian, as tabulated in OrdinaryDiffEq.jl."""
 
+_TRANSFORMATION = np.linalg.inv(np.eye(STAGES) / GAMMA - SLOPES)
+
+TIMES = STATES @ _TRANSFORMATION @ np.ones(STAGES)
+"""The times of the stages, in steps: the sums of the coefficients that a method with products has."""
+
+TIME_SLOPES = _TRANSFORMATION @ np.ones(STAGES)
+"""The factors of h df/dt in the stages."""
+
+TIME_DIFFERENCE = 1e-6
+"""Over what part of a step df/dt is taken."""
+
 FIRST_STEP = 1e-4
 SMALLEST_STEP = 1e-12
 LARGEST_GROWTH, SMALLEST_GROWTH, CAUTION = 5.0, 0.2, 0.9
 
 
 @dataclass(frozen=True)
-class Rosenbrock:
+class Rosenbrock(Integrator):
     r"""Rodas5P, a Rosenbrock method of order 5 with eight stages, L-stable.
 
         (M / (gamma h) - J) k_i = f(y + sum a_ij k_j) + M sum c_ij k_j / h
 
     One Jacobian, one banded LU and eight solves for each step, and no Newton iteration; the frames come from its interpolant
-    of fourth order. For systems with a banded Jacobian; f must not depend on t.
+    of fourth order. For systems with a banded Jacobian. Where f depends on t as such, each stage has its own time and a share
+    of df/dt, which is taken by a difference.
 
     Parameters
     ----------
@@ -151,12 +164,21 @@ class Rosenbrock:
     max_steps: int = 100_000
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require(1e-13 <= self.rtol <= 0.1, f"integrator.rtol = {self.rtol:g} must lie between 1e-13 and 0.1; 1e-4 is usual.")
         for name in ("atol", "max_step"):
             value = getattr(self, name)
             require(value is None or value > 0, f"integrator.{name} = {value} must be positive, or none for the default.")
         require(self.max_steps >= 1, f"integrator.max_steps = {self.max_steps} must be at least 1.")
+
+    def with_tolerance(self, tolerance: float) -> Rosenbrock:
+        """The same with another relative tolerance; an absolute one goes along."""
+        atol = None if self.atol is None else self.atol * tolerance / self.rtol
+        return replace(self, rtol=tolerance, atol=atol)
+
+    def alternatives(self) -> Sequence[Integrator]:
+        """CVODE with a Krylov solver, for schemes without a banded Jacobian."""
+        return (CVODE(rtol=self.rtol, atol=self.atol, linear_solver="krylov"),)
 
     def check_system(self, system: SemiDiscretization) -> None:
         """Refuse a system whose Jacobian is not banded."""
@@ -242,15 +264,26 @@ class RosenbrockIntegration:
     def _compute_stages(self, step: float) -> None:
         """Write the stages, and the argument of the last, with the factors of M - gamma step J."""
         system = self._system
+        time_slope = self._time_slope(step) if system.explicit_time else None
         for stage in range(STAGES):
             _combine(self._state, self._stages, STATES, SLOPES, stage, 1 / step, self._argument, self._slope)
-            system.rhs(self._t, self._argument, self._rate)
+            system.rhs(self._t + TIMES[stage] * step, self._argument, self._rate)
+            if time_slope is not None:
+                self._rate += TIME_SLOPES[stage] * step * time_slope
             if system.mass is None:
                 _complete(self._rate, self._slope, GAMMA * step)
             else:
                 _complete_with_mass(self._rate, system.mass, self._slope, self._product, GAMMA * step)
             self._matrix.solve_into(self._rate, self._stages[stage])
         self.counters.evaluations += STAGES
+
+    def _time_slope(self, step: float) -> Array:
+        """df/dt at the beginning of a step."""
+        ahead, here = np.empty((2, *self._state.shape))
+        self._system.rhs(self._t + TIME_DIFFERENCE * step, self._state, ahead)
+        self._system.rhs(self._t, self._state, here)
+        self.counters.evaluations += 2
+        return np.asarray((ahead - here) / (TIME_DIFFERENCE * step))
 
     def _interpolated(self, t: float) -> Array:
         """The state at a time within the last step."""

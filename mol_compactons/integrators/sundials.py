@@ -11,22 +11,23 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.compiled import compiled
-from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
+from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, no_report
 from mol_compactons.integrators.flags import CURES, SETTINGS
-from mol_compactons.integrators.newton import KRYLOV_DIMENSION, KrylovCallbacks
-from mol_compactons.integrators.progress import REPORT_INTERVAL, Counters, Report, no_report
+from mol_compactons.integrators.linear.newton import KRYLOV_DIMENSION, KrylovCallbacks
+from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
+
+Own = TypeVar("Own", bound="_BackwardDifferences")
 
 HIGHEST_ORDER = {"BDF": 5, "Adams": 12}
 
@@ -38,7 +39,7 @@ behind."""
 
 
 @dataclass(frozen=True)
-class _BackwardDifferences:
+class _BackwardDifferences(Integrator):
     """The settings that IDA and CVODE share; see `IDA`."""
 
     rtol: float = 1e-6
@@ -49,7 +50,7 @@ class _BackwardDifferences:
     max_steps: int = 100_000
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require(
             1e-15 <= self.rtol <= 0.1,
             f"integrator.rtol = {self.rtol:g} must lie between 1e-15 and 0.1; 1e-6 is usual.",
@@ -66,6 +67,16 @@ class _BackwardDifferences:
             f"integrator.max_order = {order} must lie between 1 and {highest}, or be none.",
         )
         require(1 <= self.max_steps < 2**31, f"integrator.max_steps = {self.max_steps} must lie between 1 and 2147483647.")
+
+    def with_tolerance(self: Own, tolerance: float) -> Own:
+        """The same with another relative tolerance; an absolute one goes along."""
+        atol = None if self.atol is None else self.atol * tolerance / self.rtol
+        return replace(self, rtol=tolerance, atol=atol)
+
+    def alternatives(self) -> Sequence[Integrator]:
+        """CVODE, that with a Krylov solver, and IDA."""
+        common = {"rtol": self.rtol, "atol": self.atol, "max_step": self.max_step, "max_steps": self.max_steps}
+        return CVODE(**common), CVODE(**common, linear_solver="krylov"), IDA(**common)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

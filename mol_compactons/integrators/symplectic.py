@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.configuration import check
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.progress import Counters, Report, no_report
+from mol_compactons.integrators.base import Counters, Integrator, Report, no_report
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -46,7 +45,7 @@ J. Comput. Appl. Math. 142 (2002) 313, doi:10.1016/S0377-0427(01)00492-7."""
 
 
 @dataclass(frozen=True)
-class Symplectic:
+class Symplectic(Integrator):
     """A symplectic splitting method with a fixed step for the granular chain; the energy error stays bounded for all times.
 
     Parameters
@@ -68,8 +67,19 @@ class Symplectic:
     order: Literal[2, 4, 6] = 4
 
     def __post_init__(self) -> None:
-        check(self)
+        super().__post_init__()
         require(self.step > 0, f"integrator.step = {self.step:g} must be positive; 0.05 is usual.")
+
+    coarsening = 2.0
+
+    @property
+    def own_tolerance(self) -> float:
+        """The step."""
+        return self.step
+
+    def with_tolerance(self, tolerance: float) -> Symplectic:
+        """The same method with another step."""
+        return replace(self, step=tolerance)
 
     def check_system(self, system: SemiDiscretization) -> None:
         """Refuse a system that does not split."""

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons import stencils
-from mol_compactons.chain import GranularChain
-from mol_compactons.compiled import compiled
-from mol_compactons.configuration import check
-from mol_compactons.equations import SecondDifference
+from mol_compactons.equations.base import Equation
+from mol_compactons.equations.flux import DispersiveFlux, evaluate_flux
 from mol_compactons.errors import InputError, require
-from mol_compactons.flux import Flux, evaluate_flux
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.schemes.viscosity import Damping, add_convolution, check_viscosity
+from mol_compactons.runtime.compiled import compiled
+from mol_compactons.schemes.base import Scheme
+from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.stencils import convolve
+from mol_compactons.stencils import add_convolution, convolve
 
 Array = NDArray[np.float64]
 
@@ -33,27 +32,8 @@ MARGIN = 4
 """How far D1 and S together reach."""
 
 
-class FluxEquation(Protocol):
-    """An equation with the flux a + b g_xx, one-way (u_t = -F_x) or two-way (u_t = -v_x, v_t = -F[u]_x)."""
-
-    @property
-    def variables(self) -> tuple[str, ...]:
-        """The names of the components."""
-
-    @property
-    def two_way(self) -> bool:
-        """Whether there is a second component v."""
-
-    @property
-    def flux(self) -> Flux:
-        """The flux F."""
-
-    def invariants(self, state: NDArray[np.float64], spacing: float, second_difference: SecondDifference) -> dict[str, float]:
-        """The conserved quantities of a state."""
-
-
 @dataclass(frozen=True)
-class CompactScheme:
+class CompactScheme(ViscousScheme):
     """The paper's compact finite differences with a mass matrix and artificial viscosity.
 
         M W' + D1 [a(W) + b(W) S g(W)] + eps D4 W = 0
@@ -88,26 +68,38 @@ class CompactScheme:
     """
 
     second_difference: Literal["wide", "nearest", "five_point"] = "wide"
-    viscosity: float = 1e-3
+    viscosity: float = 0.0
     grid_viscosity: float = 0.0
     viscosity_order: Literal[4, 6] = 4
 
-    def __post_init__(self) -> None:
-        check(self)
-        check_viscosity(self)
+    @property
+    def formal_order(self) -> float:
+        """That of the second difference."""
+        return SECOND_DIFFERENCES[self.second_difference].order
 
-    def discretize(self, equation: FluxEquation | GranularChain, grid: Grid | Lattice) -> SemiDiscretization:
+    def suits(self, equation: Equation) -> float:
+        """Every flux of the form a + b g_xx."""
+        return 0.5 if equation.dispersive_flux is not None else 0.0
+
+    @classmethod
+    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
+        """With the second difference that needs the least damping, and one of the same order."""
+        own = cls("wide", viscosity_order=damping_order(scheme))
+        return own.suits(equation), own
+
+    def discretize(self, equation: Equation, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of an equation on a grid.
 
         Raises
         ------
         InputError
-            If the grid has fewer points than the Jacobian couples, or a chain is given in place of an equation.
+            If the grid has fewer points than the Jacobian couples, or the flux has another form.
         """
-        if isinstance(equation, GranularChain) or isinstance(grid, Lattice):
+        flux = equation.dispersive_flux
+        if flux is None or isinstance(grid, Lattice):
             raise InputError(
-                f"CompactScheme is for equations on a Grid, not for {type(equation).__name__} on a {type(grid).__name__}; a "
-                "GranularChain on a Lattice has the scheme NearestNeighbours."
+                f"CompactScheme is for equations with a flux a(u) + b(u) g(u)_xx on a Grid, not for {type(equation).__name__} "
+                f"on a {type(grid).__name__}; scheme=none takes the scheme that suits best."
             )
         second = SECOND_DIFFERENCES[self.second_difference]
         reach = stencils.COMPACT_FIRST.reach + second.reach
@@ -117,7 +109,7 @@ class CompactScheme:
             f"least {2 * reach + 1} points.",
         )
         damping = Damping(self, grid.spacing)
-        kernel = _CompactKernel(equation, grid.size, grid.spacing, second, damping)
+        kernel = _CompactKernel(flux, equation.two_way, grid.size, grid.spacing, second, damping)
         return SemiDiscretization(
             size=grid.size,
             components=len(equation.variables),
@@ -133,10 +125,12 @@ class CompactScheme:
 class _CompactKernel:
     """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
 
-    def __init__(self, equation: FluxEquation, size: int, spacing: float, second: stencils.Stencil, damping: Damping) -> None:
-        self._flux = equation.flux
-        self._two_way = equation.two_way
-        self._table = self._flux.table
+    def __init__(
+        self, flux: DispersiveFlux, two_way: bool, size: int, spacing: float, second: stencils.Stencil, damping: Damping
+    ) -> None:
+        self._flux = flux
+        self._two_way = two_way
+        self._table = flux.table
         self._first = stencils.COMPACT_FIRST.scaled(spacing)
         self._minus_first = -self._first
         self._second = second.scaled(spacing)
@@ -145,20 +139,21 @@ class _CompactKernel:
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -D1 F - eps D4 u, for a two-way equation with v in place of F for the first component."""
-        damping = self._damping.coefficients
-        _rates(self._table, self._minus_first, self._second, damping, state, self._b, self._g, self._f, self._difference, out)
+        damping, scratch = self._damping.coefficients, (self._b, self._g, self._f, self._difference)
+        if self._table is None:
+            self._flux.evaluate(state[0], self._b, self._g, self._f)
+            _rates(self._minus_first, self._second, damping, state, *scratch, out)
+        else:
+            _rates_of_power_laws(self._table, self._minus_first, self._second, damping, state, *scratch, out)
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of u where b has a singular slope."""
         u, out[:] = state[0], 0
-        local, slope = np.empty((2, u.size))
-        self._flux.g.evaluate(u, self._g)
+        b_slope, slope, local = np.empty((3, u.size))
+        self._flux.evaluate(u, self._b, self._g, self._f)
+        self._flux.slopes(u, b_slope, slope, local)
         convolve(self._second, self._g, self._difference)
-        self._flux.convective_derivative(u, local)
-        self._flux.b.derivative().evaluate(u, self._b)
-        _add_product(self._b, self._difference, local)
-        self._flux.b.evaluate(u, self._b)
-        self._flux.g.derivative().evaluate(u, slope)
+        _add_product(b_slope, self._difference, local)
         local, b, slope = (np.concatenate((c[-MARGIN:], c, c[:MARGIN])) for c in (local, self._b, slope))
         _subtract_flux_jacobian(self._first, self._second, local, b, slope, out[-1, 0])
         reach = (out.shape[2] - 1) // 2
@@ -170,7 +165,7 @@ class _CompactKernel:
 
 
 @compiled
-def _rates(
+def _rates_of_power_laws(
     table: Array,
     minus_first: Array,
     second: Array,
@@ -182,8 +177,24 @@ def _rates(
     difference: Array,
     out: Array,
 ) -> None:
-    """The right-hand side in one call; b, g, f and difference are scratch."""
+    """The right-hand side in one call, the flux from its table; b, g, f and difference are scratch."""
     evaluate_flux(table, state[0], b, g, f)
+    _rates(minus_first, second, damping, state, b, g, f, difference, out)
+
+
+@compiled
+def _rates(
+    minus_first: Array,
+    second: Array,
+    damping: Array,
+    state: Array,
+    b: Array,
+    g: Array,
+    f: Array,
+    difference: Array,
+    out: Array,
+) -> None:
+    """The right-hand side from b, g and a, of which a, in f, becomes the flux; difference is scratch."""
     convolve(second, g, difference)
     _add_product(b, difference, f)
     convolve(minus_first, f, out[-1])

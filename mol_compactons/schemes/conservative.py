@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons import stencils
-from mol_compactons.compiled import compiled
-from mol_compactons.configuration import check
-from mol_compactons.equations import GranularCompacton, RosenauHyman
+from mol_compactons.equations.base import Equation
+from mol_compactons.equations.flux import PowerLaw, power_law
+from mol_compactons.equations.granular import GranularCompacton
+from mol_compactons.equations.rosenau_hyman import RosenauHyman
 from mol_compactons.errors import InputError, require
-from mol_compactons.flux import PowerLaw, power_law
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.runtime.compiled import compiled
+from mol_compactons.schemes.base import Scheme
 from mol_compactons.schemes.entropy_flux import (
     neighbours,
     subtract_difference,
@@ -23,18 +25,22 @@ from mol_compactons.schemes.entropy_flux import (
     two_point_fluxes,
     two_point_slopes,
 )
-from mol_compactons.schemes.rosenau_hyman import RosenauHymanKernel
-from mol_compactons.schemes.viscosity import Damping, add_convolution, check_viscosity
+from mol_compactons.schemes.rosenau_hyman import RosenauHymanKernel, is_conservative
+from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order
 from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.stencils import add_convolution
 
 Array = NDArray[np.float64]
 
 WEIGHTS = {2: (1.0,), 4: (4 / 3, -1 / 3), 6: (3 / 2, -3 / 5, 1 / 10)}
 """Richardson's weights of the strides 1, 2, 3 for each order: each removes the next even power of h."""
 
+DEFAULT_VISCOSITY = 0.03
+"""The default damping of sixth order, in grid units, for waves of speed 1."""
+
 
 @dataclass(frozen=True)
-class ConservativeScheme:
+class ConservativeScheme(ViscousScheme):
     r"""Skew-symmetric finite differences in flux form for the granular compacton equation and K(m, n); no mass matrix.
 
     With a = |W|^(n-1) and V = W_x the flux is F = a W + (n+1)/4 [(a V)_x + a V_x], whose bracket is skew-symmetric in V.
@@ -77,11 +83,27 @@ class ConservativeScheme:
     grid_viscosity: float = 0.0
     viscosity_order: Literal[4, 6] = 4
 
-    def __post_init__(self) -> None:
-        check(self)
-        check_viscosity(self)
+    @classmethod
+    def default_for(cls, equation: Equation, speed: float) -> ConservativeScheme:
+        """Fourth order, with a damping at the scale of the grid that is proportional to the speed of the waves."""
+        return cls(order=4, grid_viscosity=DEFAULT_VISCOSITY * speed, viscosity_order=6)
 
-    def discretize(self, equation: Any, grid: Grid | Lattice) -> SemiDiscretization:
+    @property
+    def formal_order(self) -> float:
+        """The order."""
+        return self.order
+
+    def suits(self, equation: Equation) -> float:
+        """The granular compacton equation, and K(m, n) where its form allows it."""
+        return float(isinstance(equation, GranularCompacton) or is_conservative(equation))
+
+    @classmethod
+    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
+        """With a damping of the same order."""
+        own = cls(order=4, viscosity_order=damping_order(scheme))
+        return own.suits(equation), own
+
+    def discretize(self, equation: Equation, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of the granular compacton equation, or K(m, n), on a grid."""
         if not (isinstance(equation, GranularCompacton | RosenauHyman) and isinstance(grid, Grid)):
             raise InputError(

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.compiled import compiled
-from mol_compactons.flux import DERIVATIVE_FLOOR
+from mol_compactons.equations.flux import DERIVATIVE_FLOOR
+from mol_compactons.runtime.compiled import compiled
 
 Array = NDArray[np.float64]
 

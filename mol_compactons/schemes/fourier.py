@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 
-from mol_compactons.configuration import check
-from mol_compactons.equations import GranularCompacton
+from mol_compactons.equations.base import Equation
+from mol_compactons.equations.flux import PowerLaw
+from mol_compactons.equations.granular import GranularCompacton
 from mol_compactons.errors import InputError, require
-from mol_compactons.flux import PowerLaw
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.schemes.base import Scheme
 from mol_compactons.schemes.conservative import ConservativeScheme
-from mol_compactons.schemes.viscosity import check_viscosity, coefficient
+from mol_compactons.schemes.viscosity import ViscousScheme, coefficient, damping_order
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
 Spectrum = NDArray[np.complex128]
 
+BEST_CHECK = 10.0
+"""By what its merit as a check rises where the viscosity is tied to the grid."""
+
 
 @dataclass(frozen=True)
-class FourierScheme:
+class FourierScheme(ViscousScheme):
     r"""Pseudo-spectral differences for the granular compacton equation, skew-symmetric as they stand.
 
     With D the Fourier derivative and a = |W|^(n-1),
@@ -63,14 +66,33 @@ class FourierScheme:
     viscosity_order: int = 4
 
     def __post_init__(self) -> None:
-        check(self)
-        check_viscosity(self)
+        super().__post_init__()
         require(
             2 <= self.viscosity_order <= 16 and self.viscosity_order % 2 == 0,
             f"scheme.viscosity_order = {self.viscosity_order} must be an even number from 2 to 16.",
         )
 
-    def discretize(self, equation: Any, grid: Grid | Lattice) -> SemiDiscretization:
+    @classmethod
+    def default_for(cls, equation: Equation, speed: float) -> FourierScheme | None:
+        """None: its dense Jacobian is not for the default integrator."""
+        return None
+
+    @classmethod
+    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
+        """The best check where the viscosity vanishes with the grid, which the compact scheme does not stand."""
+        own = cls(dealias=False, viscosity_order=damping_order(scheme))
+        return (BEST_CHECK if scheme.viscosities[1] else 1.0) * own.suits(equation), own
+
+    @property
+    def formal_order(self) -> float:
+        """On smooth waves the error falls exponentially, for which a study takes 6."""
+        return 6.0
+
+    def suits(self, equation: Equation) -> float:
+        """The granular compacton equation; slow, and best on smooth waves."""
+        return 0.3 if isinstance(equation, GranularCompacton) else 0.0
+
+    def discretize(self, equation: Equation, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of the granular compacton equation on a grid."""
         if not (isinstance(equation, GranularCompacton) and isinstance(grid, Grid)):
             raise InputError(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.compiled import compiled
-from mol_compactons.equations import RosenauHyman
+from mol_compactons.equations.base import Equation
+from mol_compactons.equations.rosenau_hyman import RosenauHyman
 from mol_compactons.errors import require
+from mol_compactons.runtime.compiled import compiled
 from mol_compactons.schemes.entropy_flux import (
     neighbours,
     subtract_difference,
@@ -18,6 +19,13 @@ from mol_compactons.schemes.entropy_flux import (
 from mol_compactons.schemes.viscosity import Damping
 
 Array = NDArray[np.float64]
+
+
+def is_conservative(equation: Equation) -> bool:
+    """Whether an equation is a K(m, n) in which v^(m/n) is a function of v = u^n."""
+    if not isinstance(equation, RosenauHyman):
+        return False
+    return equation.absolute or (equation.m % 2 == 1 and equation.n % 2 == 1) or equation.m == equation.n
 
 
 class RosenauHymanKernel:
@@ -39,13 +47,12 @@ class RosenauHymanKernel:
     def __init__(
         self, equation: RosenauHyman, size: int, spacing: float, weights: tuple[float, ...], damping: Damping
     ) -> None:
-        odd = equation.absolute or (equation.m % 2 == 1 and equation.n % 2 == 1)
         require(
-            odd or equation.m == equation.n,
+            is_conservative(equation),
             f"ConservativeScheme takes K(m, n) for m = n, for odd m and n, or with absolute=True, not K({equation.m:g}, "
             f"{equation.n:g}) in the classical form; choose CompactScheme, or absolute=True.",
         )
-        self._power = equation.flux.g
+        self._power = equation.dispersive_flux.g
         self._ratio = equation.m / equation.n
         self._spacing, self._weights, self._damping = spacing, weights, damping
         self._margin = 2 * len(weights)

@@ -2,39 +2,59 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import replace
+from typing import Any, Literal, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.compiled import compiled
 from mol_compactons.errors import require
-from mol_compactons.stencils import SECOND_NEAREST
+from mol_compactons.schemes.base import Scheme
+from mol_compactons.stencils import SECOND_NEAREST, add_convolution
+
+Own = TypeVar("Own", bound="ViscousScheme")
 
 Array = NDArray[np.float64]
 
 
-class ViscousScheme(Protocol):
-    """A scheme with the damping -(eps + nu h^(p-1)) (-1)^(p/2) D^p."""
+class ViscousScheme(Scheme):
+    """A scheme with the damping -(eps + nu h^(p-1)) (-1)^(p/2) D^p.
+
+    A subclass is a frozen dataclass with the three fields.
+    """
+
+    viscosity: float
+    """The coefficient eps, nondimensional."""
+
+    grid_viscosity: float
+    """The coefficient nu, in grid units."""
+
+    viscosity_order: int
+    """The even order p."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("viscosity", "grid_viscosity"):
+            value = getattr(self, name)
+            require(value >= 0, f"scheme.{name} = {value:g} must not be negative; 0 is none.")
+
+    def with_viscosity(self: Own, viscosity: float, grid_viscosity: float) -> Own:
+        """The same scheme with other coefficients."""
+        return cast(Own, replace(cast(Any, self), viscosity=viscosity, grid_viscosity=grid_viscosity))
 
     @property
-    def viscosity(self) -> float:
-        """The coefficient eps, nondimensional."""
+    def viscosities(self) -> tuple[float, float]:
+        """The coefficients eps and nu."""
+        return self.viscosity, self.grid_viscosity
 
     @property
-    def grid_viscosity(self) -> float:
-        """The coefficient nu, in grid units."""
-
-    @property
-    def viscosity_order(self) -> int:
-        """The even order p."""
+    def _unsaid(self) -> set[str]:
+        return {"viscosity", "grid_viscosity"} | ({"viscosity_order"} if self.viscosity_order == 4 else set())
 
 
-def check_viscosity(scheme: ViscousScheme) -> None:
-    """Refuse negative coefficients."""
-    for name in ("viscosity", "grid_viscosity"):
-        value = getattr(scheme, name)
-        require(value >= 0, f"scheme.{name} = {value:g} must not be negative; 0 is none.")
+def damping_order(scheme: Scheme) -> Literal[4, 6]:
+    """The order of the damping that a scheme has, 4 or 6, for another one that is to be compared with it."""
+    return 6 if isinstance(scheme, ViscousScheme) and scheme.viscosity_order == 6 else 4
 
 
 def coefficient(scheme: ViscousScheme, spacing: float) -> float:
@@ -72,19 +92,3 @@ class Damping:
         """Add it to the cyclic diagonals of a Jacobian, shape (2 R + 1, N)."""
         middle = diagonals.shape[0] // 2
         diagonals[middle - self.reach : middle + self.reach + 1] += self.coefficients[:, None]
-
-
-@compiled
-def add_convolution(coefficients: Array, u: Array, out: Array) -> None:
-    """Add a stencil of odd length, shape (2 r + 1,), applied to u, shape (N,) with N > 2 r, on a periodic grid."""
-    size, reach = u.size, coefficients.size // 2
-    inner = out[reach : size - reach]
-    for k in range(coefficients.size):
-        coefficient, shifted = coefficients[k], u[k:]
-        for j in range(inner.size):
-            inner[j] += coefficient * shifted[j]
-    for edge in range(-reach, reach):
-        total = 0.0
-        for k in range(coefficients.size):
-            total += coefficients[k] * u[(edge - reach + k) % size]
-        out[edge] += total

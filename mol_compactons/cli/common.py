@@ -1,0 +1,124 @@
+"""What the commands share: options, fields set by text, writing pictures, and results in a line."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mol_compactons.assignment import assign, modules_named
+from mol_compactons.cli.scenarios import import_module, load
+from mol_compactons.errors import InputError
+from mol_compactons.integrators.base import Report, no_report
+from mol_compactons.simulation import Simulation
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+SET_HELP = (
+    "change a field: grid.size=1200, integrator='Rosenbrock(rtol=1e-6)'; a class takes its defaults for what is not said, not "
+    "the values of the one it replaces"
+)
+
+SCENARIO_HELP = "a script, the name of a scenario, or a result"
+
+
+def add_scenario(parser: argparse.ArgumentParser) -> None:
+    """The argument and the options of commands that run a scenario."""
+    parser.add_argument("scenario", metavar="SCENARIO.py|RESULT.nc", help=SCENARIO_HELP)
+    parser.add_argument("--set", dest="changes", action="append", default=[], metavar="FIELD=VALUE", help=SET_HELP)
+    add_import(parser)
+
+
+def add_import(parser: argparse.ArgumentParser) -> None:
+    """The option of commands that read or name classes of the user's own."""
+    parser.add_argument(
+        "--import", dest="imports", action="append", default=[], metavar="MODULE", help="import a module of your own first"
+    )
+
+
+def simulation_of(options: argparse.Namespace) -> Simulation:
+    """The simulation that a command was asked for, with its changes."""
+    changes = assignments(options.changes)
+    for module in [*options.imports, *(module for text in changes.values() for module in modules_named(text))]:
+        import_module(module)
+    return assign(load(options.scenario), changes)
+
+
+def assignments(changes: list[str]) -> dict[str, str]:
+    """FIELD=VALUE as a mapping."""
+    result = {}
+    for change in changes:
+        field, equals, value = change.partition("=")
+        if not equals:
+            raise InputError(f"{change!r} lacks a value; write FIELD=VALUE.")
+        if field.strip() in result:
+            raise InputError(f"{field.strip()} is given twice; give it once.")
+        result[field.strip()] = value
+    return result
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture, and say so."""
+    allowed = figure.canvas.get_supported_filetypes()
+    if path.suffix.lstrip(".").lower() not in allowed:
+        raise InputError(f"{path} has no picture format; end its name in {', '.join(sorted(allowed))}.")
+    figure.savefig(path, dpi=150)
+    print(f"wrote {path}")
+
+
+def contents(dataset: xr.Dataset) -> str:
+    """One line: what is in a result."""
+    from mol_compactons.results.reading import field_names
+
+    fields = field_names(dataset)
+    space = dataset[fields[0]].dims[1]
+    last = float(dataset["t"][-1]) if dataset.sizes["t"] else 0.0
+    names = " and ".join(f"{name}(t, {space})" for name in fields)
+    return f"{names}, {dataset.sizes['t']} frames on {dataset.sizes[space]} points to t = {last:g}, {dataset.attrs['status']}"
+
+
+def kept(dataset: xr.Dataset) -> str:
+    """One line: how well the conserved quantities were kept."""
+    from mol_compactons.analysis.drift import drift
+
+    changes = drift(dataset)
+    if not changes.sizes["t"]:
+        return "kept nothing: there is no frame"
+    return "kept " + ", ".join(f"{name} to {float(abs(change).max()):.1e}" for name, change in changes.data_vars.items())
+
+
+def cost(dataset: xr.Dataset) -> str:
+    """One line: what a run cost."""
+    attributes = dataset.attrs
+    if "solver_steps" not in attributes:
+        return "cost unknown: the run has not ended"
+    counts = ("steps", "evaluations", "jacobians", "failures", "warnings")
+    numbers = ", ".join(f"{attributes[f'solver_{count}']} {count}" for count in counts)
+    warning = f"; first warning: {attributes['solver_first_warning']}" if attributes["solver_warnings"] else ""
+    return f"cost {numbers}; {attributes['cpu_seconds']:.2f} s of CPU time{warning}"
+
+
+@contextlib.contextmanager
+def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
+    """A progress bar in simulated time, with its rate and the time left; it appears with the first report."""
+    from tqdm import tqdm
+
+    layout = "{desc}{percentage:3.0f}%|{bar}| t = {n:.4g} / {total:.4g}, {rate_fmt}, {remaining} left"
+    bar = None
+
+    def report(t: float) -> None:
+        nonlocal bar
+        bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
+        bar.update(t - bar.n)
+
+    try:
+        yield no_report if quiet else report
+    finally:
+        if bar:
+            bar.close()

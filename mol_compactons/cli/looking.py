@@ -1,0 +1,74 @@
+"""The commands that look at what there is: scenarios, results, studies."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mol_compactons.cli.common import contents, cost, kept, save
+from mol_compactons.cli.scenarios import listing
+from mol_compactons.cli.studies import print_study
+from mol_compactons.errors import InputError
+from mol_compactons.results.netcdf import check_target, open_result, open_study
+from mol_compactons.simulation import Simulation
+
+if TYPE_CHECKING:
+    from mol_compactons.cli.common import Commands
+
+
+def add_info(commands: Commands) -> None:
+    """The command info."""
+    parser = commands.add_parser("info", help="say what is in a result")
+    parser.add_argument("result", metavar="FILE.nc")
+    parser.set_defaults(handle=_info)
+
+
+def add_plot(commands: Commands) -> None:
+    """The command plot."""
+    parser = commands.add_parser("plot", help="draw a result: the waterfall and the drift of the invariants")
+    parser.add_argument("result", metavar="FILE.nc")
+    parser.add_argument("-o", "--output", metavar="FILE.png", help="where to write (default: the result's name)")
+    parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    parser.set_defaults(handle=_plot)
+
+
+def add_scenarios(commands: Commands) -> None:
+    """The command scenarios."""
+    parser = commands.add_parser("scenarios", help="list the scenarios that come with the package")
+    parser.set_defaults(handle=_scenarios)
+
+
+def _info(options: argparse.Namespace) -> None:
+    with open_result(Path(options.result)) as dataset:
+        if "family" in dataset.attrs:
+            print_study(Path(options.result))
+            return
+        print(dataset.attrs["title"], contents(dataset), kept(dataset), cost(dataset), sep="\n")
+        simulation = Simulation.from_json(str(dataset.attrs["simulation"]))
+        for field in ("equation", "grid", "scheme", "integrator"):
+            print(f"{field}: {getattr(simulation, field)}")
+        for wave in simulation.initial:
+            print(f"initial: {str(wave)[:120]}")
+        print(dataset.attrs["history"])
+
+
+def _plot(options: argparse.Namespace) -> None:
+    from mol_compactons.figures import convergence_overview, overview
+
+    path = Path(options.output or Path(options.result).with_suffix(".png"))
+    with open_result(Path(options.result)) as dataset:
+        if "family" in dataset.attrs:
+            check_target(path, options.overwrite)
+            with open_study(Path(options.result)) as tree:
+                save(convergence_overview(tree), path)
+            return
+        if dataset.sizes["t"] < 2:
+            raise InputError(f"{options.result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
+        check_target(path, options.overwrite)
+        save(overview(dataset), path)
+
+
+def _scenarios(options: argparse.Namespace) -> None:
+    for name, line in listing().items():
+        print(f"{name:22} {line}")

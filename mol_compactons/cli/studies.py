@@ -1,0 +1,100 @@
+"""The commands that make studies: convergence and stability."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mol_compactons.analysis import stability
+from mol_compactons.assignment import assign
+from mol_compactons.cli.common import add_scenario, assignments, save, simulation_of
+from mol_compactons.errors import InputError
+from mol_compactons.results.netcdf import check_target, open_study, write_tree
+from mol_compactons.studies.convergence import converge
+from mol_compactons.studies.family import Family
+from mol_compactons.studies.report import report
+
+if TYPE_CHECKING:
+    from mol_compactons.cli.common import Commands
+
+
+FAMILY_OPTIONS = {
+    "sizes": "numbers of grid points: 300,600,1200",
+    "schemes": "schemes: 'ConservativeScheme(order=4),FourierScheme'",
+    "viscosities": "viscosities kept fixed while the grid is refined: 1e-3,5e-4",
+    "grid_viscosities": "viscosities in grid units: 0.1,0.03",
+    "tolerances": "relative tolerances, or steps of Midpoint: 1e-5,1e-6",
+    "accuracy": "what may be called converged: 0.01",
+}
+"""The fields of a `Family` that are options of converge, and an example of each."""
+
+
+def add_converge(commands: Commands) -> None:
+    """The command converge."""
+    parser = commands.add_parser("converge", help="run a family of a scenario, and say what of its result is converged")
+    add_scenario(parser)
+    parser.add_argument("-o", "--output", metavar="STUDY.nc|STUDY.png", help="store the study (default), or draw it")
+    for name, example in FAMILY_OPTIONS.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", metavar="A,B,...", help=example)
+    parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    parser.add_argument("--quiet", action="store_true", help="no line for each member")
+    parser.set_defaults(handle=_converge)
+
+
+def add_stability(commands: Commands) -> None:
+    """The command stability."""
+    parser = commands.add_parser("stability", help="report on the stability of a compacton")
+    parser.add_argument(
+        "changes", nargs="*", metavar="FIELD=VALUE", help="n=3, speed=1, sizes=100,200,400, scheme.viscosity=0"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE.nc|FILE.png", help="store the report, or draw it")
+    parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    parser.set_defaults(handle=_stability)
+
+
+def _converge(options: argparse.Namespace) -> None:
+    from mol_compactons.figures import convergence_overview
+
+    simulation = simulation_of(options)
+    asked = {name: getattr(options, name) for name in FAMILY_OPTIONS if getattr(options, name) is not None}
+    lists = {name: text if name == "accuracy" or text[:1] in "[(" else f"[{text}]" for name, text in asked.items()}
+    family = assign(Family(), lists)
+    path = Path(options.output or f"{Path(options.scenario).stem}_study.nc")
+    check_target(path, options.overwrite)
+    if path.suffix.lower() not in (".nc", ".png"):
+        raise InputError(f"{path} must end in .nc, to store the study, or .png, to draw it.")
+    tree = converge(simulation, family, (lambda line: None) if options.quiet else print)
+    if path.suffix.lower() == ".nc":
+        write_tree(tree, path)
+        print(*report(tree), f"wrote {path}", sep="\n")
+    else:
+        print(*report(tree), sep="\n")
+        save(convergence_overview(tree), path)
+
+
+def print_study(path: Path) -> None:
+    """Say what is in a study."""
+    with open_study(path) as tree:
+        members = tree["members"].children.values()
+        print(tree.attrs["title"], *(f"member: {member.attrs['label']}" for member in members), *report(tree), sep="\n")
+
+
+def _stability(options: argparse.Namespace) -> None:
+    from mol_compactons.figures import stability_overview
+
+    study = assign(stability.StabilityStudy(), assignments(options.changes))
+    path = Path(options.output) if options.output else None
+    if path:
+        check_target(path, options.overwrite)
+        if path.suffix.lower() not in (".nc", ".png"):
+            raise InputError(f"{path} must end in .nc, to store the report, or .png, to draw it.")
+    dataset = stability.report(study)
+    print(*stability.verdicts(dataset), sep="\n")
+    if not path:
+        return
+    if path.suffix.lower() == ".nc":
+        dataset.to_netcdf(path)
+    else:
+        stability_overview(dataset).savefig(path, dpi=150)
+    print(f"wrote {path}")

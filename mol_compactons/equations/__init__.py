@@ -1,0 +1,21 @@
+"""Equations: each is one flux in one of two roles, with its invariants and the shape of its compactons."""
+
+from mol_compactons.equations.base import CosinePower, Derivative, Equation
+from mol_compactons.equations.flux import DispersiveFlux, Flux, PowerLaw
+from mol_compactons.equations.granular import GranularCompacton
+from mol_compactons.equations.nesterenko import Nesterenko
+from mol_compactons.equations.power_law import PowerLawEquation
+from mol_compactons.equations.rosenau_hyman import RosenauHyman
+
+__all__ = [
+    "CosinePower",
+    "Derivative",
+    "DispersiveFlux",
+    "Equation",
+    "Flux",
+    "GranularCompacton",
+    "Nesterenko",
+    "PowerLaw",
+    "PowerLawEquation",
+    "RosenauHyman",
+]

@@ -1,0 +1,178 @@
+"""What an equation is to the rest of the program, and the shape of the compactons of the known families."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.configuration import Settings
+from mol_compactons.errors import InputError, require
+
+if TYPE_CHECKING:
+    from mol_compactons.equations.flux import DispersiveFlux
+
+Array = NDArray[np.float64]
+
+SecondDifference = Callable[[Array], Array]
+"""Maps the values of a function on the grid to an approximation of its second derivative there."""
+
+
+class Derivative(Protocol):
+    """The differences that a scheme takes for derivatives in space."""
+
+    def __call__(self, values: Array, order: int) -> Array:
+        """The derivative of an order, 1 to 3, of a function given by its values on the grid, shape (N,)."""
+
+
+class Equation(Settings):
+    r"""A conservation law with a source, one-way or two-way, on a line.
+
+    .. math::  u_t + F_x = s,   or in two-way form   u_t + v_x = 0,  v_t + F_x = s
+
+    A subclass is a frozen dataclass whose fields are the parameters. It has to name its `variables` and to give its flux: as
+    `local_flux`, in any form, or as `dispersive_flux`, in the form a(u) + b(u) g(u)_xx that the compact scheme takes. All
+    else is refined where it is known: compactons, what is conserved, which states have a meaning, the names.
+    """
+
+    two_way: bool = False
+    """Whether there is a second component v."""
+
+    long_names: ClassVar[Mapping[str, str]] = {}
+    """What the variables, the conserved quantities and the diagnostics are called in a result."""
+
+    reference: ClassVar[str] = ""
+    """The publication that the equation comes from."""
+
+    depends_on_time: bool = False
+    """Whether the flux or the source depends on t as such."""
+
+    @property
+    @abstractmethod
+    def variables(self) -> tuple[str, ...]:
+        """The names of the components, ("u",) or ("u", "v")."""
+
+    @property
+    def dispersive_flux(self) -> DispersiveFlux | None:
+        """The flux in the form a(u) + b(u) g(u)_xx, or None where it has another."""
+        return None
+
+    @property
+    def has_local_flux(self) -> bool:
+        """Whether `local_flux` gives a flux."""
+        return self.dispersive_flux is not None or type(self).local_flux is not Equation.local_flux
+
+    def local_flux(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array:
+        """F at the grid points.
+
+        Parameters
+        ----------
+        t : float
+            The time.
+        x : array, shape (N,)
+            The grid points.
+        state : array, shape (components, N)
+            The state.
+        derivative : callable
+            ``derivative(values, order)`` is the difference that the scheme takes for a derivative in space.
+
+        Returns
+        -------
+        array, shape (N,)
+        """
+        flux = self.dispersive_flux
+        if flux is None:
+            raise InputError(f"{type(self).__name__} has no flux; give it a method local_flux, or a property dispersive_flux.")
+        b, g, a = np.empty((3, x.size))
+        flux.evaluate(state[0], b, g, a)
+        return np.asarray(a + b * derivative(g, 2))
+
+    def source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
+        """The source s at the grid points, shape (N,); None for none. With a source nothing is taken for conserved."""
+        return None
+
+    def compacton(self, speed: float, sign: int = 1) -> CosinePower:
+        """The shape of the compacton of a speed and a sign.
+
+        Raises
+        ------
+        InputError
+            If there is none of closed form.
+        """
+        raise InputError(
+            f"{type(self).__name__} has no compacton of closed form known to this program; give the initial data as a Formula "
+            "or as Samples."
+        )
+
+    def travelling_state(self, shape: Any, z: Array, speed: float) -> Array:
+        """The state of a wave of a shape and speed at the distances z from its centre, shape (components, N)."""
+        profile = shape(z)
+        return np.array([profile, speed * profile]) if self.two_way else np.asarray(profile)[None]
+
+    def check_center(self, center: float, grid: Any) -> None:
+        """Refuse a wave beyond the ends of the domain, where there are any."""
+
+    def check_state(self, state: Array) -> None:
+        """Refuse a state that the equation has no meaning for."""
+
+    def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
+        """The conserved quantities of a state of shape (components, N), as sums over the grid: by default Int u, and Int v."""
+        result = {"mass": spacing * float(state[0].sum())}
+        if self.two_way:
+            result["momentum"] = spacing * float(state[1].sum())
+        return result
+
+    def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
+        """What else is worth a number along t, though it is not conserved."""
+        return {}
+
+
+@dataclass(frozen=True)
+class CosinePower:
+    """The shape that the compactons of the known families share: M cos^gamma(K z) for |K z| < pi / 2, and zero elsewhere.
+
+    Parameters
+    ----------
+    amplitude, wavenumber, exponent : float
+        M, K and gamma, nondimensional.
+    """
+
+    amplitude: float
+    wavenumber: float
+    exponent: float
+
+    @property
+    def width(self) -> float:
+        """The length of the support, pi / K, nondimensional."""
+        return math.pi / self.wavenumber
+
+    def __call__(self, z: Array) -> Array:
+        """The profile at the distances z from the centre, same shape."""
+        phase = np.minimum(np.abs(self.wavenumber * np.asarray(z, dtype=float)), np.pi / 2)
+        cosine = np.where(phase < np.pi / 2, np.cos(phase), 0.0)
+        return np.asarray(self.amplitude * cosine**self.exponent)
+
+    def slope(self, z: Array) -> Array:
+        """The derivative of the profile at the distances z from the centre, same shape; zero at the edges and outside."""
+        phase = self.wavenumber * np.asarray(z, dtype=float)
+        inside = np.abs(phase) < np.pi / 2
+        cosine, sine = np.cos(phase[inside]), np.sin(phase[inside])
+        slope = np.zeros_like(phase)
+        slope[inside] = -self.amplitude * self.exponent * self.wavenumber * cosine ** (self.exponent - 1) * sine
+        return slope
+
+
+def compacton_height(power: float, n: float) -> float:
+    """The height M of a compacton with M^(n-1) = power."""
+    exponent = math.log(power) / (n - 1)
+    require(
+        abs(exponent) < 200,
+        f"The compacton of this speed has the height exp({exponent:.4g}) for an exponent {n:g}, out of the range of numbers; "
+        "choose a speed nearer to 1, or a larger exponent.",
+    )
+    return float(power ** (1 / (n - 1)))

@@ -1,0 +1,89 @@
+"""What an integrator is to the rest of the program: its settings, a run of it in progress, and what that has cost."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.configuration import Settings
+from mol_compactons.semidiscrete import SemiDiscretization
+
+Own = TypeVar("Own", bound="Integrator")
+
+REPORT_INTERVAL = 0.2
+"""Seconds between two reports of progress within an output interval."""
+
+Report = Callable[[float], None]
+"""Called now and then with the time reached."""
+
+
+def no_report(t: float) -> None:
+    """A `Report` that says nothing."""
+
+
+@dataclass
+class Counters:
+    """What a run has cost so far.
+
+    Parameters
+    ----------
+    steps, evaluations, jacobians, failures : int
+        Accepted steps, evaluations of f or of the residual (those for difference-quotient Jacobians included), Jacobians,
+        and step attempts that were repeated with a smaller step.
+    warnings : int
+        How many lines SUNDIALS printed on the way.
+    first_warning : str
+        The first of them.
+    """
+
+    steps: int = 0
+    evaluations: int = 0
+    jacobians: int = 0
+    failures: int = 0
+    warnings: int = 0
+    first_warning: str = ""
+
+
+class Integration(Protocol):
+    """A run in progress."""
+
+    counters: Counters
+
+    def advance(self, t: float, report: Report = no_report) -> NDArray[np.float64]:
+        """The state at the output time t, shape (components, size); raises `IntegrationError`."""
+
+
+class Integrator(Settings):
+    """A method that takes a semi-discretisation through time. A subclass is a frozen dataclass; it has to give `start`.
+
+    Its accuracy is one number, `own_tolerance`: a relative tolerance or a step. By default that is the field ``rtol``; where
+    it has another name, both `own_tolerance` and `with_tolerance` are to be given.
+    """
+
+    coarsening: ClassVar[float] = 10.0
+    """By what factor a study loosens the tolerance to see what it does."""
+
+    @abstractmethod
+    def start(self, system: SemiDiscretization, state: NDArray[np.float64], t_end: float) -> Integration:
+        """Begin a run at t = 0 from a state of shape (components, size)."""
+
+    def check_system(self, system: SemiDiscretization) -> None:
+        """Raise `InputError` for a system that the method cannot take; by default it takes any."""
+
+    @property
+    def own_tolerance(self) -> float:
+        """The tolerance or step that its error follows."""
+        return float(cast(Any, self).rtol)
+
+    def with_tolerance(self: Own, tolerance: float) -> Own:
+        """The same method with another tolerance or step."""
+        return cast(Own, replace(cast(Any, self), rtol=tolerance))
+
+    def alternatives(self) -> Sequence[Integrator]:
+        """What takes its place, with the same tolerance, where it cannot take a system; the first that can is used."""
+        return ()

@@ -1,0 +1,1 @@
+"""Linear algebra of the integrators: Newton's matrix and its factors."""

@@ -1,0 +1,209 @@
+"""What a result looks like: its names, roles, units, long names and attributes, after the CF conventions 1.11."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.integrators.base import Counters
+from mol_compactons.waves.base import LocalizedWave
+
+if TYPE_CHECKING:
+    from mol_compactons.simulation import Simulation
+
+FORMAT = 2
+"""The number of the layout of results, their attribute ``format``. Those of 1 have no such attribute, roles or outlines."""
+
+FIELD, CONSERVED, DIAGNOSTIC = "field", "conserved", "diagnostic"
+"""The roles of variables, their attribute ``role``: components of the state, what is conserved, and what is not."""
+
+LIBRARIES = ("scikit-sundae", "numpy", "numba")
+"""The packages whose versions a result names."""
+
+REFERENCE = (
+    "Vladimirov, V., and Skurativskyi, S. (2015): Solitary waves in one-dimensional pre-stressed lattice and its continual "
+    "analog"
+)
+
+LONG_NAMES = {
+    "t": "time",
+    "x": "coordinate along the periodic line",
+    "k": "number of the site in the chain",
+    "mass": "mass, the integral of the first component",
+    "momentum": "momentum",
+    "energy": "energy",
+    "wave": "number of the wave",
+    "position": "position of the crest, not wrapped",
+    "height": "height of the crest, negative for a dark wave",
+    "speed": "speed of the crest",
+    "width": "width at half the height",
+    "isolated": "whether the support of the wave is clear of all others",
+    "mass_left": "integral of the field outside the waves",
+    "momentum_left": "half the integral of the squared field outside the waves",
+    "height_left": "largest size of the field outside the waves",
+    "moment": "time of the first collision",
+    "phase_shift": "how far the wave is ahead of its free flight after the first collision",
+    "speed_before": "speed before the first collision",
+    "speed_after": "speed after the first collision",
+    "height_before": "height before the first collision",
+    "height_after": "height after the first collision",
+    "scatter": "largest distance of a position from the straight line of free flight",
+    "continuum": "the continuum at the sites of the chain",
+    "distance": "L2 distance of chain and continuum, relative to the norm of the chain",
+    "continuum_position": "position of the crest in the continuum, in sites, not wrapped",
+    "continuum_height": "height of the crest in the continuum",
+    "continuum_width": "width at half the height in the continuum, in sites",
+    "value": "value, extrapolated to the limit; of a profile its L2 norm",
+    "error": "error",
+    "space_error": "part of the error from the grid",
+    "time_error": "part of the error from the tolerance of the integrator",
+    "viscosity_error": "part of the error from the viscosity",
+    "scheme_error": "distance of the independent schemes",
+    "rate": "observed power of the grid spacing at which the error falls",
+    "scale": "what errors are relative to",
+    "spacing": "distance between neighbouring grid points",
+}
+"""The names that this program gives; an equation brings those of its own variables. All are nondimensional, with units "1"."""
+
+
+@dataclass(frozen=True)
+class WaveOutline:
+    """A solitary wave of the initial data, as analysis needs it.
+
+    Parameters
+    ----------
+    sign : int
+        1 for a bright one, -1 for a dark one.
+    center, speed : float
+        Where it is at t = 0, and its speed.
+    height, width : float
+        Its height, positive, and the length of its support.
+    """
+
+    sign: int
+    center: float
+    speed: float
+    height: float
+    width: float
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """All that a recorder needs to know of a result before the first frame.
+
+    Parameters
+    ----------
+    fields, series : dict
+        The attributes of the components and of the numbers along t, by name.
+    space : str
+        The dimension in space.
+    coordinates : array, shape (N,)
+        The points.
+    coordinate_attributes : dict
+        Those of the coordinate.
+    frames : int
+        How many frames are expected.
+    attributes : dict
+        The global attributes.
+    """
+
+    fields: dict[str, dict[str, str]]
+    series: dict[str, dict[str, str]]
+    space: str
+    coordinates: NDArray[np.float64]
+    coordinate_attributes: dict[str, Any]
+    frames: int
+    attributes: dict[str, Any]
+
+
+def describe(name: str) -> dict[str, str]:
+    """The attributes of a variable that this program names."""
+    return {"long_name": LONG_NAMES[name], "units": "1"}
+
+
+def layout_of(simulation: Simulation, conserved: Sequence[str], diagnostics: Sequence[str]) -> Layout:
+    """The layout of the result of a simulation, from the names of its numbers along t."""
+    own = simulation.equation.long_names
+
+    def described(name: str, role: str) -> dict[str, str]:
+        return {"long_name": own.get(name) or LONG_NAMES.get(name, name), "units": "1", "role": role}
+
+    grid = simulation.grid
+    return Layout(
+        fields={name: described(name, FIELD) for name in simulation.equation.variables},
+        series={name: described(name, CONSERVED) for name in conserved}
+        | {name: described(name, DIAGNOSTIC) for name in diagnostics},
+        space=grid.dimension,
+        coordinates=grid.coordinates,
+        coordinate_attributes=describe(grid.dimension) | {"period": float(grid.length), "spacing": float(grid.spacing)},
+        frames=simulation.frames,
+        attributes=attributes(simulation),
+    )
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "of unknown version"
+
+
+@cache
+def source() -> str:
+    """The program and the libraries that compute, with their versions."""
+    from sksundae import SUNDIALS_VERSION
+
+    libraries = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
+    return f"mol_compactons {_version('mol_compactons')} (SUNDIALS {SUNDIALS_VERSION}, {libraries})"
+
+
+def outlines(simulation: Simulation) -> list[WaveOutline]:
+    """The outlines of the solitary waves that a simulation starts from."""
+    waves = []
+    for wave in simulation.initial:
+        if isinstance(wave, LocalizedWave):
+            height, width = wave.outline(simulation.equation)
+            waves.append(WaveOutline(wave.sign, wave.center, wave.speed, abs(height), width))
+    return waves
+
+
+def attributes(simulation: Simulation) -> dict[str, Any]:
+    """The global attributes of a result whose run has just begun."""
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    name = type(simulation.equation).__name__
+    return {
+        "Conventions": "CF-1.11",
+        "title": simulation.headline,
+        "institution": "not stated",
+        "source": f"{source()}: numerical solution of {name}",
+        "history": f"{now}: computed by mol_compactons {_version('mol_compactons')}",
+        "references": "; ".join(dict.fromkeys((simulation.equation.reference or REFERENCE, REFERENCE))),
+        "comment": "All quantities are nondimensional. The attribute simulation holds everything needed to repeat the run.",
+        "format": FORMAT,
+        "simulation": simulation.to_json(),
+        "waves": json.dumps([asdict(outline) for outline in outlines(simulation)]),
+        "status": "running",
+    }
+
+
+def cost_attributes(status: str, counters: Counters, seconds: float) -> dict[str, Any]:
+    """The global attributes that a run adds when it ends."""
+    return {
+        "status": status,
+        "solver_steps": counters.steps,
+        "solver_evaluations": counters.evaluations,
+        "solver_jacobians": counters.jacobians,
+        "solver_failures": counters.failures,
+        "solver_warnings": counters.warnings,
+        "solver_first_warning": counters.first_warning,
+        "cpu_seconds": round(seconds, 3),
+    }

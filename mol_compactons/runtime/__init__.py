@@ -1,0 +1,1 @@
+"""What the program needs of the machine: compilation, floating-point modes."""

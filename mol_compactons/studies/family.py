@@ -1,0 +1,190 @@
+"""Families of runs that differ in one thing at a time: grid, scheme, viscosity, tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+from mol_compactons.configuration import Settings
+from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.integrators.base import Integrator
+from mol_compactons.schemes.base import Scheme
+from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.simulation import Simulation
+
+CONSERVATIVE, VISCOUS, INVISCID = "conservative", "viscous", "inviscid"
+"""The limits: viscosity nu h^(p-1) that vanishes with the grid; fixed while h -> 0, and then eps -> 0; none at all."""
+
+Notice = Callable[[str], None]
+"""Called with one line about each member that has run."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One run of a family.
+
+    Parameters
+    ----------
+    limit : str
+        "conservative", "viscous" or "inviscid".
+    scheme : str
+        The scheme, without its viscosity.
+    viscosity, tolerance : float
+        In the units of the limit, and in those of the integrator.
+    simulation : Simulation
+        What is run.
+    """
+
+    limit: str
+    scheme: str
+    viscosity: float
+    tolerance: float
+    simulation: Simulation
+
+    @property
+    def size(self) -> int:
+        """The number of grid points."""
+        return self.simulation.grid.size
+
+    @property
+    def label(self) -> str:
+        """One line that tells it from the others."""
+        return f"{self.limit} {self.scheme} N={self.size} viscosity={self.viscosity:g} tolerance={self.tolerance:g}"
+
+
+@dataclass(frozen=True)
+class Family(Settings):
+    """Which runs a convergence study makes of one simulation.
+
+    Every scheme runs on every grid with every viscosity at the tightest tolerance, and on the finest grid with the smallest
+    viscosity at each of the other tolerances. What is left empty is chosen from the simulation.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        Numbers of grid points; by default a quarter, half and all of the simulation's.
+    schemes : tuple of schemes
+        By default the simulation's and one of another kind. Their own viscosity does not count.
+    viscosities : tuple of float
+        Coefficients eps, kept fixed while the grid is refined: the viscous limit.
+    grid_viscosities : tuple of float
+        Coefficients nu in grid units: the conservative limit. By default twice and once the viscosity of the simulation, in
+        the units in which it has one.
+    tolerances : tuple of float
+        Relative tolerances, with which an absolute one goes along, or steps of `Midpoint`; by default ten times and once
+        that of the simulation, for steps twice.
+    accuracy : float
+        The relative error below which a quantity may be called converged.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range or stands twice.
+    """
+
+    sizes: tuple[int, ...] = ()
+    schemes: tuple[Scheme, ...] = ()
+    viscosities: tuple[float, ...] = ()
+    grid_viscosities: tuple[float, ...] = ()
+    tolerances: tuple[float, ...] = ()
+    accuracy: float = 0.01
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("sizes", "schemes", "viscosities", "grid_viscosities", "tolerances"):
+            values = getattr(self, name)
+            require(
+                len(set(values)) == len(values), f"{name} = {', '.join(map(str, values))} holds a value twice; give each once."
+            )
+        require(
+            min(self.viscosities + self.grid_viscosities, default=0) >= 0,
+            "A viscosity of the family is negative; give positive ones, or 0 for none.",
+        )
+        require(min(self.tolerances, default=1) > 0, "A tolerance of the family is not positive; give positive ones.")
+        require(0 < self.accuracy < 1, f"accuracy = {self.accuracy:g} must lie between 0 and 1; 0.01 is one per cent.")
+
+    def completed(self, simulation: Simulation) -> Family:
+        """The family with nothing left empty, sizes ascending, viscosities and tolerances descending.
+
+        Raises
+        ------
+        InputError
+            If a chain, which has no grid to refine, is asked for anything but tolerances.
+        """
+        scheme, integrator, size = simulation.scheme, simulation.integrator, simulation.grid.size
+        if not scheme.refines:
+            for name in ("sizes", "schemes", "viscosities", "grid_viscosities"):
+                require(
+                    not getattr(self, name),
+                    f"{name} is not to be varied: a chain has no grid to refine and one scheme; vary tolerances alone.",
+                )
+            own = replace(self, sizes=(size,), schemes=(scheme,))
+        else:
+            own = self
+        for one in own.schemes:
+            require(
+                one.suits(simulation.equation) > 0,
+                f"{type(one).__name__} does not suit {type(simulation.equation).__name__}; choose other schemes.",
+            )
+        tolerance = integrator.own_tolerance
+        steps = 2 if scheme.refines else 3
+        tolerances = self.tolerances or tuple(tolerance * integrator.coarsening**step for step in range(steps))
+        viscosities, grid_viscosities = self.viscosities, self.grid_viscosities
+        if not viscosities and not grid_viscosities:
+            viscosities, grid_viscosities = ((2 * amount, amount) if amount else () for amount in scheme.viscosities)
+        return replace(
+            own,
+            sizes=tuple(sorted(own.sizes or (size // 4, size // 2, size))),
+            schemes=own.schemes or _with_another_kind(simulation),
+            viscosities=tuple(sorted(viscosities, reverse=True)),
+            grid_viscosities=tuple(sorted(grid_viscosities, reverse=True)),
+            tolerances=tuple(sorted(tolerances, reverse=True)),
+        )
+
+    @property
+    def limits(self) -> dict[str, tuple[float, ...]]:
+        """The limits that the family approaches, and the viscosities of each."""
+        limits = {CONSERVATIVE: self.grid_viscosities, VISCOUS: self.viscosities}
+        return {limit: values for limit, values in limits.items() if values} or {INVISCID: (0.0,)}
+
+    def members(self, simulation: Simulation) -> Iterator[Member]:
+        """The runs, coarse grids first; of a family that is complete."""
+        for limit, viscosities in self.limits.items():
+            for scheme in self.schemes:
+                for size in self.sizes:
+                    for viscosity in viscosities:
+                        every = size == self.sizes[-1] and viscosity == viscosities[-1]
+                        for tolerance in self.tolerances if every else self.tolerances[-1:]:
+                            yield _member(simulation, limit, scheme, size, viscosity, tolerance)
+
+
+def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
+    """The scheme of a simulation and one that shares nothing with it but the equation, where there is one."""
+    other = simulation.scheme.independent_alternative(simulation.equation)
+    try:
+        if other is not None:
+            other.discretize(simulation.equation, simulation.grid)
+    except InputError:
+        other = None
+    return (simulation.scheme,) if other is None else (simulation.scheme, other)
+
+
+def _member(simulation: Simulation, limit: str, scheme: Scheme, size: int, viscosity: float, tolerance: float) -> Member:
+    amounts = (0.0, viscosity) if limit == CONSERVATIVE else (viscosity, 0.0)
+    scheme = scheme.with_viscosity(*amounts)
+    grid = replace(simulation.grid, size=size)
+    integrator = _integrator(simulation.integrator, scheme.discretize(simulation.equation, grid), tolerance, scheme)
+    member = replace(simulation, scheme=scheme, grid=grid, integrator=integrator)
+    return Member(limit, scheme.label, viscosity, tolerance, member)
+
+
+def _integrator(integrator: Integrator, system: SemiDiscretization, tolerance: float, scheme: Scheme) -> Integrator:
+    """The integrator of the simulation with another tolerance or, where it cannot take the system, one that can."""
+    own = integrator.with_tolerance(tolerance)
+    for candidate in (own, *own.alternatives()):
+        try:
+            candidate.check_system(system)
+        except InputError:
+            continue
+        return candidate
+    raise IntegrationError(f"No integrator can take {scheme.label}.", 0.0)

@@ -1,0 +1,54 @@
+"""A convergence study in words: a table for each limit, the worst verdict on each, and where the limits differ."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def report(tree: xr.DataTree) -> list[str]:
+    """What a study says, a line each: a table for each limit, where the limits differ, and the members that failed."""
+    summary = tree["summary"].to_dataset()
+    lines = []
+    titles = " + ".join(f"{part:>9}" for part in BUDGET)
+    for limit in summary["limit"].values:
+        table = summary.sel(limit=limit)
+        lines.append(f"{limit} limit: {verdict(summary, str(limit))}")
+        lines.append(f"  {'quantity':18} {'value':>12} {'error':>9} = {titles}   rate  error / scale, verdict")
+        for name in table["quantity"].values:
+            row = table.sel(quantity=name)
+            parts = " + ".join(f"{float(row[part]):9.1e}" for part in BUDGET)
+            lines.append(
+                f"  {name:18} {float(row['value']):12.6g} {float(row['error']):9.1e} = {parts} {float(row['rate']):6.2f}  "
+                f"{float(row['error'] / row['scale']):.1e} {row['verdict'].item()}: {row['reason'].item()}"
+            )
+    lines += differences_of_limits(summary)
+    failed = str(tree.attrs["failed"])
+    return lines + [f"failed and not counted: {line}" for line in failed.splitlines()]
+
+
+def verdict(summary: xr.Dataset, limit: str) -> str:
+    """The worst verdict on any quantity in a limit."""
+    verdicts = set(summary["verdict"].sel(limit=limit).values.tolist())
+    return next(word for word in (NOT_CONVERGED, CONVERGING, CONVERGED) if word in verdicts)
+
+
+def differences_of_limits(summary: xr.Dataset) -> list[str]:
+    """What differs between the first two limits of a summary by more than twice the error bars, a line each."""
+    if summary.sizes["limit"] < 2:
+        return []
+    lines = []
+    for name in summary["quantity"].values:
+        pair = summary.sel(quantity=name)
+        apart = abs(float(pair["value"][0] - pair["value"][1]))
+        bars = float(pair["error"].sum())
+        if apart > 2 * bars and name != "profile":
+            first, second = pair["limit"].values[:2]
+            lines.append(
+                f"{name}: the {first} and the {second} limit differ by {apart:.2g}, and their error bars add up to {bars:.1g}"
+            )
+    return lines

@@ -1,0 +1,88 @@
+"""What initial data are to the rest of the program, and their superposition."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.configuration import Settings
+from mol_compactons.equations.base import Equation
+from mol_compactons.errors import InputError, require
+from mol_compactons.grid import Grid, Lattice, ring_distance
+
+Array = NDArray[np.float64]
+
+
+class Wave(Settings):
+    """Something that initial data can be made of. A subclass is a frozen dataclass; it has to give `values`."""
+
+    @abstractmethod
+    def values(self, equation: Equation, grid: Grid | Lattice, t: float = 0.0) -> Array:
+        """The wave at time t, shape (components, size).
+
+        Parameters
+        ----------
+        equation : Equation
+            What is solved.
+        grid : Grid or Lattice
+            Where.
+        t : float
+            The time, for waves that are known at all times.
+
+        Raises
+        ------
+        InputError
+            If it is no wave of the equation, or does not fit in the grid.
+        """
+
+
+class LocalizedWave(Wave):
+    """A wave with a place, a speed, a sign and a width; the fields of a subclass, which has to give `outline` too."""
+
+    speed: float
+    """Its speed."""
+
+    center: float
+    """Where its centre is at t = 0."""
+
+    sign: int
+    """1 for a bright one, -1 for a dark one."""
+
+    @abstractmethod
+    def outline(self, equation: Equation) -> tuple[float, float]:
+        """Its signed height and its width."""
+
+
+def superpose(waves: Sequence[Wave], equation: Equation, grid: Grid | Lattice) -> Array:
+    """The sum of waves at t = 0, shape (components, size).
+
+    Raises
+    ------
+    InputError
+        If there is no wave, a support is longer than the box, or two supports overlap.
+    """
+    require(len(waves) > 0, "initial = [] holds no wave; give at least one.")
+    localized = [wave for wave in waves if isinstance(wave, LocalizedWave)]
+    widths = [wave.outline(equation)[1] for wave in localized]
+    for wave, width in zip(localized, widths, strict=True):
+        equation.check_center(wave.center, grid)
+        require(
+            width < grid.length,
+            f"The {type(wave).__name__} at center = {wave.center:g} is {width:.4g} wide and does not fit in the box of "
+            f"length {grid.length:g}; choose one longer than {width:.4g}.",
+        )
+    for index, (wave, width) in enumerate(zip(localized, widths, strict=True)):
+        for other, other_width in zip(localized[:index], widths[:index], strict=True):
+            distance = abs(float(ring_distance(np.array(wave.center), other.center, grid.length)))
+            needed = (width + other_width) / 2
+            if distance < needed * (1 - 1e-12):
+                raise InputError(
+                    f"The waves at center = {other.center:g} and {wave.center:g} overlap: their centres are "
+                    f"{distance:.4g} apart; put them at least {needed:.4g} apart."
+                )
+    state = np.asarray(sum(wave.values(equation, grid) for wave in waves))
+    equation.check_state(state)
+    return state

@@ -1,0 +1,180 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from mol_compactons.cli import main
+
+ROOT = Path(__file__).parent.parent.parent
+QUICK = ["--set", "t_end=0.5", "--set", "frames=6", "--set", "grid.size=150"]
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_run_info_plot(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(ROOT / "scenarios" / "single_compacton.py"), "-o", "one.nc", *QUICK]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == ["wrote", "kept", "cost"]
+    assert lines[0] == "wrote one.nc: W(t, x), 6 frames on 150 points to t = 0.5, complete"
+    assert main(["info", "one.nc"]) == 0
+    assert "GranularCompacton(n=3.0)" in capsys.readouterr().out
+    assert main(["plot", "one.nc"]) == 0
+    assert Path("one.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_result_repeats_itself_bit_for_bit() -> None:
+    assert main(["run", "two_bright", "-o", "a.nc", "--quiet", *QUICK]) == 0
+    assert main(["run", "a.nc", "-o", "again.nc", "--quiet"]) == 0
+    with xr.open_dataset("a.nc") as first, xr.open_dataset("again.nc") as second:
+        xr.testing.assert_equal(first, second)
+        assert first.attrs["simulation"] == second.attrs["simulation"]
+
+
+def test_quiet_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "single_compacton", "--quiet", *QUICK]) == 0
+    printed = capfd.readouterr()
+    assert (printed.out, printed.err) == ("", "")
+    assert Path("single_compacton.nc").exists()
+
+
+def test_the_progress_bar_shows_simulated_time(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "single_compacton", *QUICK]) == 0
+    assert "t = 0 / 0.5" in capfd.readouterr().err
+
+
+def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scenarios"]) == 0
+    listed = {line.split()[0]: line for line in capsys.readouterr().out.splitlines()}
+    assert set(listed) == {path.stem for path in (ROOT / "scenarios").glob("*.py")}
+    assert all(len(line.split()) > 3 for line in listed.values())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "two_brigth"], "did you mean 'two_bright'?"),
+        (["run", "missing.nc"], "There is no file missing.nc"),
+        (["run", "two_bright", "--set", "grid.sise=3"], "did you mean 'grid.size'?"),
+        (["run", "two_bright", "--set", "grid.size"], "lacks a value"),
+        (["run", "two_bright", "--set", "grid.size=many"], "must be a whole number"),
+        (["run", "two_bright", "--set", "grid.size=5"], "choose at least 9 points"),
+        (["run", "two_bright", "--set", "equation.n=1"], "larger than 1"),
+        (["run", "two_bright", "--set", "initial.1.center=7"], "overlap"),
+        (["run", "two_bright", "--set", "grid.length=5"], "does not fit in the box"),
+        (["run", "two_bright", "--set", "integrator=CVODE"], "mass matrix"),
+        (["run", "two_bright", "-o", "nowhere/a.nc"], "does not exist"),
+        (["run", "two_bright", "-o", "."], "is a folder"),
+        (["run", "two_bright", "-o", "a.txt"], "a.txt must end in .nc"),
+        (["run", "notes.md"], "notes.md is neither a script (.py) nor a result (.nc)"),
+        (["info", "nothing.nc"], "There is no file"),
+        (["stability", "n=1"], "larger than 1"),
+        (["stability", "3"], "'3' lacks a value; write FIELD=VALUE."),
+        (["stability", "n=2", "n=3"], "n is given twice"),
+        (["stability", "m=2"], "is not a field of StabilityStudy"),
+        (["stability", "sizes=20,40,80", "-o", "report.txt"], "must end in .nc"),
+        (["plot", "broken.nc"], "is not a NetCDF file"),
+        (["info", "foreign.nc"], "is not a result of mol_compactons"),
+        (["run", "empty.py"], "does not define a Simulation"),
+        (["run", "wrong.py"], "could not be run (ZeroDivisionError"),
+        (["run", "two_bright", "-o", "taken.nc"], "taken.nc exists; allow overwriting"),
+        (["run", "two_bright", "-o", "pipe", "--overwrite"], "pipe is not an ordinary file"),
+        (["run", "two_bright", "-o", "dangling.nc"], "dangling.nc is not an ordinary file"),
+        (["run", "nowhere/two_bright.py"], "There is no scenario 'nowhere/two_bright.py'"),
+        (["run", "leaving.py"], "could not be run (SystemExit"),
+        (["run", "two_bright", "-o", "a" * 300], "cannot be the name of a file"),
+        (["run", "two_bright", "-o", "/proc/a.nc"], "cannot be written"),
+        (["run", "two_bright", "--set", "initial.0.speed=1e200", "--set", "equation.n=1.1"], "out of the range of numbers"),
+        (["run", "two_bright", "--set", "grid.size=1e15"], "must lie between"),
+        (["run", "two_bright", "--set", "grid.size=" + "9" * 400], "must be a whole number"),
+        (["run", "two_bright", "--set", "grid.length=1e-300"], "must lie between"),
+        (["run", "two_bright", "--set", "frames=1e12"], "must lie between"),
+        (["run", "two_bright", "--set", "integrator=Midpoint", "--set", "integrator.rtol=1"], "is not a field"),
+        (["run", "two_bright", "--set", "integrator=banana"], "must be Integrator (CVODE, IDA, Midpoint"),
+        (["run", "two_bright", "--set", "initial=Compacton(speed=1, center=5)"], "must be a list of"),
+        (["run", "two_bright", "--set", "integrator.atol=1e-300"], "must be above 1e-100"),
+    ],
+)
+def test_bad_input_is_one_sentence_status_2_and_nothing_written(
+    arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    Path("notes.md").write_text("# Notes")
+    Path("empty.py").write_text("")
+    Path("wrong.py").write_text("1 / 0")
+    Path("broken.nc").write_text("no NetCDF")
+    Path("taken.nc").write_text("")
+    Path("leaving.py").write_text("import sys; sys.exit(3)")
+    Path("dangling.nc").symlink_to("elsewhere.nc")
+    os.mkfifo("pipe")
+    xr.Dataset({"a": 1}).to_netcdf("foreign.nc")
+    before = sorted(Path().iterdir())
+    assert main(arguments) == 2
+    printed = capfd.readouterr()
+    assert words in printed.err
+    assert len(printed.err.splitlines()) == 1
+    assert "\r" not in printed.err
+    assert printed.err.startswith("mol-compactons: ")
+    assert "Traceback" not in printed.err
+    assert printed.out == ""
+    assert sorted(Path().iterdir()) == before
+
+
+def test_stability_prints_its_verdicts_and_stores_the_report(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["stability", "n=2", "sizes=20,40,80", "-o", "report.nc"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-2].startswith("verdict: stable")
+    assert lines[-1] == "wrote report.nc"
+    with xr.open_dataset("report.nc") as dataset:
+        assert {"eigenvalue", "growth", "functional", "I", "J"} <= set(dataset.data_vars)
+    assert main(["stability", "sizes=20,40,80", "-o", "report.png"]) == 0
+    assert Path("report.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_usage_errors_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (["fly"], [], ["run"], ["run", "a", "--fast"]):
+        with pytest.raises(SystemExit) as leaving:
+            main(arguments)
+        assert leaving.value.code == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_solver_that_gives_up_is_status_1(capsys: pytest.CaptureFixture[str]) -> None:
+    changes = ["--set", "scheme.viscosity=0", "--set", "scheme.second_difference=nearest", "--set", "integrator.max_steps=800"]
+    assert main(["run", "single_compacton", "--quiet", *changes]) == 1
+    assert "gave up at t = 0." in capsys.readouterr().err
+    with xr.open_dataset("single_compacton.nc") as dataset:
+        assert dataset.attrs["status"].startswith("failed at t = 0.")
+        assert dataset.sizes["t"] > 1
+
+
+def test_a_picture_format_that_does_not_exist_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "single_compacton", "-o", "one.nc", "--quiet", *QUICK]) == 0
+    assert main(["plot", "one.nc", "-o", "one.xyz"]) == 2
+    assert "png" in capsys.readouterr().err
+    assert not Path("one.xyz").exists()
+
+
+def test_a_cold_run_says_once_that_it_compiles(tmp_path: Path) -> None:
+    """Also where only what another integrator needs is missing."""
+    command = [sys.executable, "-m", "mol_compactons", "run", "single_compacton", "-o", "cold.nc", "--overwrite", *QUICK]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def printed(*more: str) -> str:
+        return subprocess.run([*command, *more], capture_output=True, text=True, env=environment, check=True).stdout
+
+    first, second = printed(), printed()
+    assert first.count("compiling the kernels") == 1
+    assert second.startswith("wrote cold.nc")
+    assert printed("--set", "integrator=Rosenbrock").startswith("compiling the kernels")
+    assert printed("--set", "integrator=Rosenbrock").startswith("wrote cold.nc")
+
+
+def test_a_closed_pipe_is_no_error() -> None:
+    command = f"{sys.executable} -m mol_compactons scenarios | head -c 1"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, env=os.environ, check=False)
+    assert done.stderr == ""

@@ -1,0 +1,221 @@
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from mol_compactons import CVODE, IDA, Compacton, InputError, IntegrationError, Midpoint, PowerContact, Simulation, run
+from mol_compactons.assignment import assign
+from mol_compactons.chain.chain import GranularChain
+from mol_compactons.chain.nearest_neighbours import NearestNeighbours
+from mol_compactons.cli import scenarios
+from mol_compactons.grid import Lattice
+from mol_compactons.integrators import flags, sundials
+from mol_compactons.semidiscrete import SemiDiscretization
+from tests.systems import Array, one_compacton
+
+
+def identity_mass(system: SemiDiscretization) -> SemiDiscretization:
+    """The same system solved for y': M^-1 f on the right, so that CVODE can take it."""
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        out[:] = system.rate(t, state)
+
+    return replace(system, rhs=rhs, mass=None)
+
+
+def last_frame(**fields: Any) -> Array:
+    return np.asarray(run(one_compacton(size=300, t_end=2, frames=5, **fields)).W.values[-1])
+
+
+def test_band_sparse_and_midpoint_agree_to_the_tolerances_asked() -> None:
+    """The two linear solvers to the tolerance; the midpoint rule approaches them at its own second order."""
+    band = last_frame(integrator=IDA(rtol=1e-9))
+    sparse = last_frame(integrator=IDA(rtol=1e-9, linear_solver="sparse"))
+    assert np.abs(band - sparse).max() < 5e-7
+    loose = last_frame(integrator=IDA(rtol=1e-6))
+    assert np.abs(band - loose).max() < 1e-5
+    coarse, fine = (np.abs(last_frame(integrator=Midpoint(step=step)) - band).max() for step in (0.01, 0.005))
+    assert fine < 2e-5
+    assert coarse / fine == pytest.approx(4, rel=0.1)
+
+
+def test_cvode_agrees_with_ida() -> None:
+    """On a small ring solved for y'; the dense coupling by M^-1 lies outside the band, so the Jacobian is inexact."""
+    simulation = one_compacton(size=60, length=10, t_end=0.5, viscosity=1e-2)
+    system, state = simulation.discretize(), simulation.initial_state()
+    reference = IDA(rtol=1e-9).start(system, state, 0.5).advance(0.5)
+    solved = CVODE(rtol=1e-9).start(identity_mass(system), state, 0.5)
+    assert np.abs(solved.advance(0.5) - reference).max() < 1e-6
+    assert solved.counters.steps > 0
+
+
+def test_cvode_refuses_a_mass_matrix() -> None:
+    with pytest.raises(InputError, match="cannot take a scheme with a mass matrix; choose IDA, Rosenbrock, Midpoint"):
+        one_compacton(integrator=CVODE())
+
+
+@pytest.mark.parametrize("linear_solver", ["band", "sparse"])
+def test_cvode_and_ida_agree_on_the_chain(linear_solver: Literal["band", "sparse"]) -> None:
+    chain = Simulation(
+        equation=GranularChain(PowerContact(n=2, linear=0.1)),
+        grid=Lattice(size=40),
+        scheme=NearestNeighbours(),
+        initial=[Compacton(speed=1, center=20)],
+        t_end=5,
+        frames=2,
+        integrator=CVODE(rtol=1e-9, linear_solver=linear_solver, max_order=5),
+    )
+    other = replace(chain, integrator=IDA(rtol=1e-9, max_order=5))
+    assert np.abs(run(chain).R[-1] - run(other).R[-1]).max() < 1e-7
+
+
+@pytest.mark.parametrize("name", ["IDA", "CVODE"])
+def test_every_flag_has_a_sentence(name: Literal["IDA", "CVODE"]) -> None:
+    simulation = one_compacton()
+    integration = sundials.SundialsIntegration(name, IDA(), simulation.discretize(), simulation.initial_state(), 1.0)
+    for flag in range(-99, 0):
+        sentence = str(integration._failure(flag))
+        assert sentence.startswith(f"{name} gave up at t = 0: ")
+        assert sentence.endswith(".")
+        assert "; " in sentence
+    assert set(range(-8, 0)) <= set(flags.CURES[name])
+
+
+def test_a_sparse_run_that_ends_before_it_began_does_not_crash() -> None:
+    """SuperLU_MT crashes the process when it is freed before its first factorisation."""
+    program = (
+        "from tests.systems import one_compacton\n"
+        "from mol_compactons import IDA\n"
+        "import numpy as np\n"
+        "from dataclasses import replace\n"
+        "simulation = one_compacton(integrator=IDA(linear_solver='sparse'))\n"
+        "system, state = simulation.discretize(), simulation.initial_state()\n"
+        "simulation.integrator.start(system, state, 1.0)\n"
+        "calls = []\n"
+        "def rhs(t, y, out):\n"
+        "    calls.append(t)\n"
+        "    system.rhs(t, y, out)\n"
+        "    if len(calls) == 2: out[:] = np.nan\n"
+        "integration = simulation.integrator.start(replace(system, rhs=rhs), state, 1.0)\n"
+        "try:\n"
+        "    integration.advance(1.0)\n"
+        "except Exception as error:\n"
+        "    print(type(error).__name__)\n"
+        "del integration\n"
+    )
+    root = Path(__file__).parent.parent.parent
+    done = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "IntegrationError\n"), done.stderr
+
+
+def test_frames_do_not_change_the_steps() -> None:
+    """The solver steps on its own and the frames are interpolated: more frames cost nothing and change nothing."""
+    few = run(one_compacton(t_end=1, frames=3))
+    many = run(one_compacton(t_end=1, frames=21))
+    assert np.array_equal(few.W.sel(t=1), many.W.sel(t=1))
+    assert few.attrs["solver_steps"] == many.attrs["solver_steps"]
+
+
+@pytest.mark.parametrize("linear_solver", ["band", "sparse"])
+def test_counters_count(linear_solver: Literal["band", "sparse"]) -> None:
+    calls = {"f": 0, "J": 0}
+    simulation = one_compacton(integrator=IDA(linear_solver=linear_solver))
+    system = simulation.discretize()
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        calls["f"] += 1
+        system.rhs(t, state, out)
+
+    def jacobian(t: float, state: Array, out: Array) -> None:
+        calls["J"] += 1
+        system.jacobian(t, state, out)
+
+    counted = replace(system, rhs=rhs, jacobian=jacobian)
+    integration = simulation.integrator.start(counted, simulation.initial_state(), 1.0)
+    integration.advance(1.0)
+    # One more f for the initial rate; one more J for the choice of the order.
+    assert integration.counters.evaluations == calls["f"] - 1
+    if linear_solver == "sparse":
+        assert integration.counters.jacobians == calls["J"] - 1
+    assert 0 < integration.counters.steps < calls["f"]
+
+
+@pytest.mark.parametrize(("viscosity", "size", "order"), [(0.0, 600, 2), (1e-5, 600, 2), (1e-3, 600, 2), (1e-2, 600, 5)])
+def test_the_order_follows_the_damping(viscosity: float, size: int, order: int) -> None:
+    simulation = one_compacton(viscosity=viscosity, size=size)
+    assert sundials._order_for_damping(simulation.discretize(), simulation.initial_state()) == order
+
+
+def test_without_viscosity_a_run_does_not_crawl() -> None:
+    """Order 2 keeps an undamped run of the scenario within five times the cost of the viscous one."""
+    scenario = scenarios.load("single_compacton")
+    viscous, undamped = run(scenario), run(assign(scenario, {"scheme.viscosity": "0"}))
+    assert undamped.attrs["solver_evaluations"] <= 5 * viscous.attrs["solver_evaluations"]
+
+
+def test_a_solver_that_gives_up_says_why_and_keeps_its_frames() -> None:
+    """Without viscosity the nearest-neighbour difference blows up at the edges of the compacton."""
+    simulation = one_compacton(size=600, t_end=2, frames=21, second_difference="nearest", viscosity=0.0)
+    simulation = replace(simulation, integrator=IDA(max_steps=800))
+    with pytest.raises(IntegrationError, match=r"gave up at t = .*; raise integrator.max_steps, or loosen") as failure:
+        run(simulation)
+    assert failure.value.dataset is not None
+    assert 0 < failure.value.dataset.sizes["t"] < 21
+    assert failure.value.dataset.attrs["status"].startswith("failed at t = ")
+    assert np.isfinite(failure.value.dataset.W).all()
+
+
+def test_nan_is_an_error_and_never_a_result() -> None:
+    simulation = one_compacton()
+    system = simulation.discretize()
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        system.rhs(t, state, out)
+        if t > 0.1:
+            out[:] = np.nan
+
+    integration = IDA().start(replace(system, rhs=rhs), simulation.initial_state(), 1.0)
+    with pytest.raises(IntegrationError, match="not finite") as failure:
+        integration.advance(1.0)
+    assert 0 < failure.value.t <= 0.1
+
+
+def test_what_sundials_prints_is_kept_from_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+    simulation = one_compacton()
+    system = simulation.discretize()
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        system.rhs(t, state, out)
+        if t > 0.5:
+            os.write(2, b"[WARNING] from C\n")
+            print("[IDASolve] from the wrapper")
+
+    integration = IDA().start(replace(system, rhs=rhs), simulation.initial_state(), 1.0)
+    integration.advance(1.0)
+    printed = capfd.readouterr()
+    assert (printed.out, printed.err) == ("", "")
+    assert integration.counters.warnings > 1
+    assert integration.counters.first_warning == "[WARNING] from C"
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"rtol": 0}, "must lie between 1e-15 and 0.1"),
+        ({"rtol": 1}, "must lie between 1e-15 and 0.1"),
+        ({"atol": 0}, "atol = 0.0 must be above 1e-100"),
+        ({"max_order": 6}, "max_order = 6 must lie between 1 and 5"),
+        ({"max_step": -1}, "max_step = -1.0 must be positive"),
+        ({"max_steps": 0}, "must lie between 1 and"),
+        ({"linear_solver": "dense"}, "one of 'band', 'sparse'"),
+    ],
+)
+@pytest.mark.parametrize("integrator", [IDA, CVODE])
+def test_bad_settings_are_named(integrator: type[IDA] | type[CVODE], fields: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        integrator(**fields)
