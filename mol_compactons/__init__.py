@@ -36,7 +36,7 @@ from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierSch
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import Family, converge, judge
-from mol_compactons.waves import Compacton, PeriodicWave, Ripple, Samples, Uniform, Wave
+from mol_compactons.waves import Compacton, Formula, PeriodicWave, Ripple, Samples, Uniform, Wave
 
 __version__ = version("mol_compactons")
 
@@ -49,6 +49,7 @@ __all__ = [
     "ContactLaw",
     "Equation",
     "Family",
+    "Formula",
     "FourierScheme",
     "GranularChain",
     "GranularCompacton",

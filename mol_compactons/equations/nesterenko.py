@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, compacton_height
 from mol_compactons.equations.flux import Flux, PowerLaw, contact_flux
@@ -48,12 +48,12 @@ class Nesterenko(Equation):
     Raises
     ------
     InputError
-        If a parameter is out of range; for states with negative stress unless n is an odd whole number.
+        If a parameter is out of range; for dark waves unless n is an odd whole number.
 
     Notes
     -----
-    All quantities are nondimensional. Source: Nesterenko, J. Appl. Mech. Tech. Phys. 24 (1983) 733, doi:10.1007/BF00905892;
-    Vladimirov and Skurativskyi (2015), equations (EqNest) and (EqNest2).
+    All quantities are nondimensional. The flux is continued to S < 0 as an odd function. Source: Nesterenko, J. Appl. Mech.
+    Tech. Phys. 24 (1983) 733, doi:10.1007/BF00905892; Vladimirov and Skurativskyi (2015), equations (EqNest) and (EqNest2).
 
     Examples
     --------
@@ -119,14 +119,16 @@ class Nesterenko(Equation):
         )
         return CosinePower(sign * height, (n - 1) / (n + 1) / math.sqrt(self.dispersion), 2 / (n - 1))
 
-    def check_state(self, state: Array) -> None:
-        """Refuse grains in tension, which have no force unless n is an odd whole number."""
+    def travelling_state(self, shape: Any, z: Array, speed: float) -> Array:
+        """S and v = V S of a wave, shape (2, N); a dark one only for an odd whole n, since grains in tension have no force."""
+        state = super().travelling_state(shape, z, speed)
         lowest = float(state[0].min())
         require(
             lowest >= 0 or self.n % 2 == 1,
-            f"The initial stress goes down to {lowest:.4g}, but Nesterenko's equation with n = {self.n:g} needs S >= 0; "
-            "use bright waves, or an odd whole n.",
+            f"The stress of the wave goes down to {lowest:.4g}, but Nesterenko's equation with n = {self.n:g} has waves with "
+            "S >= 0; use bright waves, or an odd whole n.",
         )
+        return state
 
     def frequency_squared(self, wavenumber: float, stress: float) -> float:
         """omega^2 of small waves about a uniform stress; negative where they grow, at the rate sqrt(-omega^2)."""

@@ -2,7 +2,8 @@
 
 from mol_compactons.waves.base import LocalizedWave, Wave, superpose
 from mol_compactons.waves.compacton import Compacton
-from mol_compactons.waves.data import Ripple, Samples, Uniform
+from mol_compactons.waves.data import Formula, Samples
 from mol_compactons.waves.periodic import PeriodicWave
+from mol_compactons.waves.shapes import Ripple, Uniform
 
-__all__ = ["Compacton", "LocalizedWave", "PeriodicWave", "Ripple", "Samples", "Uniform", "Wave", "superpose"]
+__all__ = ["Compacton", "Formula", "LocalizedWave", "PeriodicWave", "Ripple", "Samples", "Uniform", "Wave", "superpose"]

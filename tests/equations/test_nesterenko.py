@@ -178,7 +178,7 @@ def test_negative_stress_is_refused_where_it_has_no_force() -> None:
             t_end=0.1,
         )
 
-    with pytest.raises(InputError, match=r"goes down to -1.\d+, but Nesterenko's equation with n = 1.5 needs S >= 0"):
+    with pytest.raises(InputError, match=r"goes down to -1.\d+, but Nesterenko's equation with n = 1.5 has waves"):
         simulation(1.5)
     assert simulation(3).equation == Nesterenko(3)
 
