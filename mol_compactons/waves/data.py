@@ -93,7 +93,7 @@ class Samples(Wave):
             f"{components} component(s) on {grid.size} points; give {components * grid.size} numbers"
             + (f", or {components} for each of at least {FEWEST} places." if isinstance(grid, Grid) else "."),
         )
-        rows: Array = np.array(self.values_at_points).reshape(components, points)
+        rows: Array = np.array(self.values_at_points, dtype=np.float64).reshape(components, points)
         if isinstance(grid, Lattice):
             return rows
         default: Array = grid.left + grid.length / points * np.arange(points)
