@@ -96,8 +96,8 @@ class Samples(Wave):
         rows: Array = np.array(self.values_at_points, dtype=np.float64).reshape(components, points)
         if isinstance(grid, Lattice):
             return rows
-        default: Array = grid.left + grid.length / points * np.arange(points)
-        return periodic(np.array(self.places) if self.places else default, rows, grid)
+        even_places = grid.left + grid.length / points * np.arange(points, dtype=np.float64)
+        return periodic(np.array(self.places) if self.places else even_places, rows, grid)
 
 
 @dataclass(frozen=True)
