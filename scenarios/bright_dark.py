@@ -8,7 +8,7 @@ collision is decided by the viscosity: do not take the heights afterwards for th
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="A bright and a dark compacton, n = 3",
+    title="A bright and a dark compacton",
     equation=GranularCompacton(n=3),
     grid=Grid(length=60, size=1200),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

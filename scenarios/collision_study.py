@@ -43,7 +43,7 @@ VISCOUS = Family(
 def collision(n: float, sign: int = 1) -> Simulation:
     """A bright compacton of speed 1 behind one of speed 1/4, bright or dark."""
     return Simulation(
-        title=f"A bright and a {'bright' if sign > 0 else 'dark'} compacton, n = {n:g}",
+        title=f"A bright and a {'bright' if sign > 0 else 'dark'} compacton",
         equation=GranularCompacton(n),
         grid=Grid(length=60, size=800),
         scheme=ConservativeScheme(order=4, grid_viscosity=0.03, viscosity_order=6),
@@ -61,7 +61,7 @@ def study(simulation: Simulation, name: str, conservative: Family = CONSERVATIVE
         tree = converge(simulation, family, lambda line: print(line, file=sys.stderr))
         write_tree(tree, f"{name}_{limit}.nc")
         convergence_overview(tree).savefig(f"{name}_{limit}.png")
-        print(simulation.title, *report(tree), sep="\n", flush=True)
+        print(simulation.headline, *report(tree), sep="\n", flush=True)
         summaries.append(tree["summary"].to_dataset())
     print(*differences_of_limits(xr.concat(summaries, "limit", join="outer")), sep="\n", flush=True)
 

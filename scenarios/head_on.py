@@ -11,7 +11,7 @@ import numpy as np
 from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
 
 simulation = Simulation(
-    title="Two solitary waves of the Hertz chain meet head on",
+    title="Two solitary waves of a chain meet head on",
     equation=GranularChain(PowerContact(n=3 / 2, kind="one_sided")),
     grid=Lattice(size=240),
     scheme=NearestNeighbours(),

@@ -13,7 +13,7 @@ contact = PowerContact(n=3 / 2, kind="one_sided")
 equation = GranularChain(contact, form="displacements", ends="free")
 
 simulation = Simulation(
-    title="A blow on a Hertz chain",
+    title="A blow on a chain",
     equation=equation,
     grid=Lattice(size=200),
     scheme=NearestNeighbours(),

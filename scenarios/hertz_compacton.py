@@ -7,7 +7,7 @@ in the chain), and so smooth at its edges (three continuous derivatives) that th
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="One compacton for the Hertz contact, n = 3/2",
+    title="One compacton",
     equation=GranularCompacton(n=3 / 2),
     grid=Grid(length=40, size=600),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

@@ -8,7 +8,7 @@ c = 1/4, so that the fast one, the same in both, catches it up later in the chai
 from mol_compactons import Compacton, GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, Symplectic, run
 
 simulation = Simulation(
-    title="Two compactons in the Hertz chain (Fig. 4)",
+    title="Two compactons in a chain (Fig. 4)",
     equation=GranularChain(PowerContact(n=3 / 2)),
     grid=Lattice(size=80),
     scheme=NearestNeighbours(),

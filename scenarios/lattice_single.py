@@ -22,7 +22,7 @@ from mol_compactons import (
 from mol_compactons.analysis.chain_and_continuum import compare, continuum_of, two_way_continuum_of
 
 simulation = Simulation(
-    title="A compacton in the Hertz chain, n = 3/2 (Fig. 3)",
+    title="A compacton in a chain (Fig. 3)",
     equation=GranularChain(PowerContact(n=3 / 2), ends="held"),
     grid=Lattice(size=40),
     scheme=NearestNeighbours(),
@@ -42,7 +42,7 @@ def study(chain: Simulation, name: str) -> None:
     comparison = compare(discrete, smooth)
     side_by_side(comparison, smooth, (0, 4, 9, 14)).savefig(f"{name}.png")
     two_way = compare(discrete, run(two_way_continuum_of(chain)))
-    print(f"{chain.title}, t = {chain.t_end:g}")
+    print(f"{chain.headline}, t = {chain.t_end:g}")
     for label, result in (("granular compacton equation", comparison), ("Nesterenko's equation", two_way)):
         last = result.isel(t=-1, wave=0)
         print(f"  {label}: relative L2 distance {float(last.distance):.3f}")
@@ -55,5 +55,5 @@ def study(chain: Simulation, name: str) -> None:
 
 if __name__ == "__main__":
     study(simulation, "lattice_single")
-    cubic = replace(simulation, title="The same with n = 3", equation=GranularChain(PowerContact(n=3), ends="held"))
+    cubic = replace(simulation, title="The same with another exponent", equation=GranularChain(PowerContact(n=3), ends="held"))
     study(cubic, "lattice_single_n3")

@@ -33,7 +33,7 @@ equation = Nesterenko(n=3 / 2)
 wave = Compacton(speed=1, center=6)
 
 simulation = Simulation(
-    title="A compacton of Nesterenko's equation breaks up, n = 3/2, 8 points for each grain",
+    title="A compacton of Nesterenko's equation breaks up",
     equation=equation,
     grid=Grid(length=LENGTH, size=8 * LENGTH),
     scheme=CompactScheme(second_difference="five_point", viscosity=0),

@@ -8,7 +8,7 @@ round-off by the scheme; the analytic Jacobian carries that over to the mass in 
 from mol_compactons import CVODE, Compacton, ConservativeScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="One compacton without viscosity, n = 3",
+    title="One compacton",
     equation=GranularCompacton(n=3),
     grid=Grid(length=30, size=300),
     scheme=ConservativeScheme(order=6),

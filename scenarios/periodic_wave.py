@@ -11,7 +11,7 @@ wave = PeriodicWave(speed=1, crest=1.2)
 period = wave.period(equation)
 
 simulation = Simulation(
-    title="A smooth periodic wave, n = 3/2",
+    title="A smooth periodic wave",
     equation=equation,
     grid=Grid(length=2 * period, size=64),
     scheme=CompactScheme(second_difference="five_point", viscosity=0),

@@ -23,7 +23,7 @@ from mol_compactons import (
 )
 
 simulation = Simulation(
-    title="A weak compacton in a chain with a linear term, n = 3",
+    title="A weak compacton in a chain with a linear term",
     equation=GranularChain(PowerContact(n=3, linear=1)),
     grid=Lattice(size=400),
     scheme=NearestNeighbours(),

@@ -7,7 +7,7 @@ which shows no run. In the odd extension both are one equation, and the dark wav
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="A wave of rarefaction, n = 2",
+    title="A wave of rarefaction",
     equation=GranularCompacton(n=2),
     grid=Grid(length=30, size=600),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-4),

@@ -11,7 +11,7 @@ import numpy as np
 from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
 
 simulation = Simulation(
-    title="A dark solitary wave in a chain with F = -z^2 + z",
+    title="A dark solitary wave in a chain",
     equation=GranularChain(PowerContact(n=2, linear=1, kind="rarefaction")),
     grid=Lattice(size=120),
     scheme=NearestNeighbours(),

@@ -7,7 +7,7 @@ The waves come out with their shapes, and leave a small ripple of both signs beh
 from mol_compactons import IDA, Compacton, CompactScheme, Grid, RosenauHyman, Simulation, run
 
 simulation = Simulation(
-    title="Three compactons of K(2,2)",
+    title="Three compactons",
     equation=RosenauHyman(m=2, n=2),
     grid=Grid(length=150, size=1500),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

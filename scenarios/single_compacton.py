@@ -8,7 +8,7 @@ viscosity, a hundred times what the grid needs, is nearly all of the error that 
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="One compacton, n = 3 (Fig. 1a)",
+    title="One compacton (Fig. 1a)",
     equation=GranularCompacton(n=3),
     grid=Grid(length=30, size=600),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

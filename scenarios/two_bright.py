@@ -9,7 +9,7 @@ them.
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="Two bright compactons, n = 3 (Fig. 1b)",
+    title="Two bright compactons (Fig. 1b)",
     equation=GranularCompacton(n=3),
     grid=Grid(length=60, size=1200),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

@@ -8,7 +8,7 @@ the speeds only; everything else is taken from its Fig. 1b.
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="Two dark compactons, n = 3 (Fig. 2)",
+    title="Two dark compactons (Fig. 2)",
     equation=GranularCompacton(n=3),
     grid=Grid(length=60, size=1200),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

@@ -7,7 +7,7 @@ solution loses smoothness where its sign changes: what comes out is decided by t
 from mol_compactons import IDA, Compacton, CompactScheme, GranularCompacton, Grid, Simulation, run
 
 simulation = Simulation(
-    title="A bright and a dark compacton, n = 2",
+    title="A bright and a dark compacton",
     equation=GranularCompacton(n=2),
     grid=Grid(length=60, size=1200),
     scheme=CompactScheme(second_difference="wide", viscosity=1e-3),

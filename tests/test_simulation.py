@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from mol_compactons import (
     Simulation,
     run,
 )
+from mol_compactons.assignment import assign
+from mol_compactons.cli.scenarios import listing, load
 from mol_compactons.integrators import IDA
 from tests.systems import one_compacton, relative_error
 
@@ -113,3 +116,28 @@ def test_the_default_scheme_is_the_best_one_for_the_granular_equation() -> None:
     assert isinstance(two_way.scheme, CompactScheme)
     chain = Simulation(equation=GranularChain(PowerContact(2)), grid=Lattice(30), initial=[Compacton(1, 10)], t_end=1)
     assert chain.scheme == NearestNeighbours()
+
+
+def test_the_headline_is_made_from_the_settings() -> None:
+    """Changed settings never stand under the numbers of the scenario that they came from."""
+    simulation = load("two_bright")
+    assert simulation.headline == (
+        "Two bright compactons (Fig. 1b): GranularCompacton(n=3); c = 1, 0.25; "
+        "CompactScheme(second_difference=wide), N = 1200, viscosity 0.001"
+    )
+    changed = assign(
+        simulation,
+        {"equation.n": "2", "grid.size": "600", "initial.1.speed": "1/8", "scheme": "ConservativeScheme(6, 0, 0.1)"},
+    )
+    assert changed.headline == (
+        "Two bright compactons (Fig. 1b): GranularCompacton(n=2); c = 1, 0.125; "
+        "ConservativeScheme(order=6), N = 600, grid viscosity 0.1"
+    )
+    dataset = run(replace(changed, t_end=0.1, frames=2))
+    assert dataset.attrs["title"] == changed.headline
+
+
+@pytest.mark.parametrize("name", sorted(listing()))
+def test_no_title_of_a_scenario_repeats_a_setting(name: str) -> None:
+    """A number in a title is that of a figure in the paper, or the title would be wrong after --set."""
+    assert not re.search(r"\d", re.sub(r"\(Fig\. \d\w?\)", "", load(name).title))
