@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mol_compactons.cli.common import contents, cost, kept, save
 from mol_compactons.cli.scenarios import listing
 from mol_compactons.cli.studies import print_study
 from mol_compactons.errors import InputError
 from mol_compactons.results.netcdf import check_target, open_result, open_study
-from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
     from mol_compactons.cli.common import Commands
+
+
+LONGEST_LINE = 120
+"""How much of a wave is shown."""
 
 
 def add_info(commands: Commands) -> None:
@@ -45,12 +49,22 @@ def _info(options: argparse.Namespace) -> None:
             print_study(Path(options.result))
             return
         print(dataset.attrs["title"], contents(dataset), kept(dataset), cost(dataset), sep="\n")
-        simulation = Simulation.from_json(str(dataset.attrs["simulation"]))
+        simulation = json.loads(str(dataset.attrs["simulation"]))
         for field in ("equation", "grid", "scheme", "integrator"):
-            print(f"{field}: {getattr(simulation, field)}")
-        for wave in simulation.initial:
-            print(f"initial: {str(wave)[:120]}")
-        print(dataset.attrs["history"])
+            print(f"{field}: {shown(simulation[field])}")
+        for wave in simulation["initial"]:
+            print(f"initial: {shown(wave)[:LONGEST_LINE]}")
+        print(f"source: {dataset.attrs['source']}", dataset.attrs["history"], sep="\n")
+
+
+def shown(part: Any) -> str:
+    """A part of a simulation from its JSON, which may name a class that is not loaded."""
+    if isinstance(part, dict) and "type" in part:
+        fields = ", ".join(f"{name}={shown(value)}" for name, value in part.items() if name != "type")
+        return f"{part['type']}({fields})"
+    if isinstance(part, list):
+        return "[" + ", ".join(shown(item) for item in part) + "]"
+    return f"{part:.12g}" if isinstance(part, float) else repr(part)
 
 
 def _plot(options: argparse.Namespace) -> None:

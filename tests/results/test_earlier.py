@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mol_compactons import Compacton, GranularChain, PowerContact, Simulation, drift, first_collision, run, track
+from mol_compactons import GranularChain, PowerContact, Simulation, drift, first_collision, run, track
 from mol_compactons.analysis.chain_and_continuum import on_lattice
 from mol_compactons.cli import main
 from mol_compactons.results import conserved_names, field_names, grid_of
@@ -62,7 +62,7 @@ def test_a_continuum_of_them_is_on_their_lattice() -> None:
 @pytest.mark.parametrize("path", [EQUATION, CHAIN])
 def test_the_command_line_takes_them(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(path)]) == 0
-    assert Compacton(speed=1, center=8 if path == EQUATION else 10).__repr__() in capsys.readouterr().out
+    assert f"Compacton(speed=1, center={8 if path == EQUATION else 10}, sign=1)" in capsys.readouterr().out
     assert main(["plot", str(path), "-o", str(tmp_path / "old.png")]) == 0
     assert (tmp_path / "old.png").stat().st_size > 10_000
     assert main(["run", str(path), "-o", str(tmp_path / "again.nc"), "--set", "frames=3", "--quiet"]) == 0
