@@ -23,7 +23,7 @@ def test_run_info_plot(capsys: pytest.CaptureFixture[str]) -> None:
     assert [line.split()[0] for line in lines] == ["wrote", "kept", "cost"]
     assert lines[0] == "wrote one.nc: W(t, x), 6 frames on 150 points to t = 0.5, complete"
     assert main(["info", "one.nc"]) == 0
-    assert "GranularCompacton(n=3.0)" in capsys.readouterr().out
+    assert "GranularCompacton(n=3)" in capsys.readouterr().out
     assert main(["plot", "one.nc"]) == 0
     assert Path("one.png").read_bytes().startswith(b"\x89PNG")
 
