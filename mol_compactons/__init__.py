@@ -26,13 +26,21 @@ from mol_compactons.chain import (
     SolitaryWave,
     solitary_profile,
 )
-from mol_compactons.equations import Equation, GranularCompacton, Nesterenko, PowerLaw, PowerLawEquation, RosenauHyman
+from mol_compactons.equations import (
+    CustomEquation,
+    Equation,
+    GranularCompacton,
+    Nesterenko,
+    PowerLaw,
+    PowerLawEquation,
+    RosenauHyman,
+)
 from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Integrator, Midpoint, Rosenbrock, Symplectic
 from mol_compactons.results import open_result, open_study
 from mol_compactons.running import run
-from mol_compactons.schemes import CompactScheme, ConservativeScheme, FourierScheme, Scheme
+from mol_compactons.schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, Scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import Family, converge, judge
@@ -43,10 +51,12 @@ __version__ = version("mol_compactons")
 __all__ = [
     "CVODE",
     "IDA",
+    "CentralScheme",
     "CompactScheme",
     "Compacton",
     "ConservativeScheme",
     "ContactLaw",
+    "CustomEquation",
     "Equation",
     "Family",
     "Formula",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -18,7 +19,7 @@ from mol_compactons.integrators.base import Integrator
 from mol_compactons.integrators.sundials import IDA
 from mol_compactons.schemes.base import Scheme, best_scheme
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.stencils import central
+from mol_compactons.stencils import difference, stencils_of
 from mol_compactons.waves.base import LocalizedWave, Wave, superpose
 
 VISCOSITY_NAMES = ("viscosity", "grid viscosity")
@@ -177,10 +178,7 @@ def speed_of(equation: Equation, grid: Grid | Lattice, state: NDArray[np.float64
     """
     if isinstance(grid, Lattice) or equation.two_way or not equation.has_local_flux or grid.size < SMALLEST_FOR_SPEED:
         return 1.0
-
-    def derivative(values: NDArray[np.float64], order: int) -> NDArray[np.float64]:
-        return central(order, 2).apply(np.ascontiguousarray(values), grid.spacing)
-
+    derivative = partial(difference, stencils_of(2, grid.spacing))
     rate = derivative(equation.local_flux(0.0, grid.coordinates, state, derivative), 1)
     slope = derivative(state[0], 1)
     moved, steepness = float(np.linalg.norm(rate)), float(np.linalg.norm(slope))

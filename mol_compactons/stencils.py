@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from math import factorial
@@ -9,6 +10,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
+from mol_compactons.errors import InputError
 from mol_compactons.runtime.compiled import compiled
 
 
@@ -134,3 +136,17 @@ def add_convolution(stencil: NDArray[np.float64], u: NDArray[np.float64], out: N
         for k in range(stencil.size):
             total += stencil[k] * u[(edge - reach + k) % size]
         out[edge] += total
+
+
+def stencils_of(order: int, spacing: float) -> dict[int, NDArray[np.float64]]:
+    """The central differences of an order for the derivatives 1 to 3, each scaled, shape (2 r + 1,)."""
+    return {derivative: central(derivative, order).scaled(spacing) for derivative in (1, 2, 3)}
+
+
+def difference(stencils: Mapping[int, NDArray[np.float64]], values: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    """The derivative of an order of values on a periodic grid, shape (N,), by one of some differences."""
+    if order not in stencils:
+        raise InputError(f"There is no difference for a derivative of order {order}; write it by those of order 1, 2 and 3.")
+    result = np.empty(values.size)
+    convolve(stencils[order], np.ascontiguousarray(values, dtype=np.float64), result)
+    return result

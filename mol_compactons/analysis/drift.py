@@ -27,7 +27,7 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
     """
     series = dataset[conserved_names(dataset)].load()
     result = series.copy()
-    for name in series.data_vars if series.sizes["t"] else ():
+    for name in series.data_vars if dataset.sizes["t"] else ():
         values = series[name]
         first = abs(float(values[0]))
         scale = first if first > 1e-12 * float(np.abs(values).max()) and first > 1e-12 else 1.0

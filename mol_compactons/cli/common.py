@@ -88,8 +88,10 @@ def kept(dataset: xr.Dataset) -> str:
     from mol_compactons.analysis.drift import drift
 
     changes = drift(dataset)
-    if not changes.sizes["t"]:
+    if not dataset.sizes["t"]:
         return "kept nothing: there is no frame"
+    if not changes.data_vars:
+        return "nothing is conserved"
     return "kept " + ", ".join(f"{name} to {float(abs(change).max()):.1e}" for name, change in changes.data_vars.items())
 
 

@@ -1,6 +1,7 @@
 """Equations: each is one flux in one of two roles, with its invariants and the shape of its compactons."""
 
-from mol_compactons.equations.base import CosinePower, Derivative, Equation
+from mol_compactons.equations.base import CosinePower, Derivative, Equation, Linearization
+from mol_compactons.equations.custom import CustomEquation
 from mol_compactons.equations.flux import DispersiveFlux, Flux, PowerLaw
 from mol_compactons.equations.granular import GranularCompacton
 from mol_compactons.equations.nesterenko import Nesterenko
@@ -9,11 +10,13 @@ from mol_compactons.equations.rosenau_hyman import RosenauHyman
 
 __all__ = [
     "CosinePower",
+    "CustomEquation",
     "Derivative",
     "DispersiveFlux",
     "Equation",
     "Flux",
     "GranularCompacton",
+    "Linearization",
     "Nesterenko",
     "PowerLaw",
     "PowerLawEquation",

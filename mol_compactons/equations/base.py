@@ -16,6 +16,7 @@ from mol_compactons.errors import InputError, require
 
 if TYPE_CHECKING:
     from mol_compactons.equations.flux import DispersiveFlux
+    from mol_compactons.grid import Grid
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,23 @@ class Derivative(Protocol):
 
     def __call__(self, values: Array, order: int) -> Array:
         """The derivative of an order, 1 to 3, of a function given by its values on the grid, shape (N,)."""
+
+
+class Linearization(Protocol):
+    """The derivatives of the flux F and the source s of an equation by its state, with the differences of a scheme in them."""
+
+    @property
+    def reach(self) -> int:
+        """The farthest neighbour on which F or s depends."""
+
+    def flux(self, t: float, x: Array, state: Array) -> Array:
+        """The cyclic diagonals of dF/dy, shape (components, 2 R + 1, N).
+
+        ``[c, R + d, j]`` is the derivative of F in cell j by component c in cell j + d; R may be less than `reach`.
+        """
+
+    def source(self, t: float, x: Array, state: Array) -> Array | None:
+        """The same for the source, with a reach of its own; None for none."""
 
 
 class Equation(Settings):
@@ -48,6 +66,9 @@ class Equation(Settings):
 
     reference: ClassVar[str] = ""
     """The publication that the equation comes from."""
+
+    background: float = 0.0
+    """The value of u where nothing moves."""
 
     depends_on_time: bool = False
     """Whether the flux or the source depends on t as such."""
@@ -92,8 +113,23 @@ class Equation(Settings):
         flux.evaluate(state[0], b, g, a)
         return np.asarray(a + b * derivative(g, 2))
 
-    def source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
+    def local_source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
         """The source s at the grid points, shape (N,); None for none. With a source nothing is taken for conserved."""
+        return None
+
+    @property
+    def has_source(self) -> bool:
+        """Whether `local_source` gives one."""
+        return type(self).local_source is not Equation.local_source
+
+    def linearized(self, stencils: Mapping[int, Array]) -> Linearization | None:
+        """The exact derivatives of the flux and the source, for a Jacobian; None where they are not known.
+
+        Parameters
+        ----------
+        stencils : mapping
+            The differences in place of derivatives: for each order, 1 to 3, the coefficients, shape (2 r + 1,).
+        """
         return None
 
     def compacton(self, speed: float, sign: int = 1) -> CosinePower:
@@ -116,6 +152,9 @@ class Equation(Settings):
 
     def check_center(self, center: float, grid: Any) -> None:
         """Refuse a wave beyond the ends of the domain, where there are any."""
+
+    def check_grid(self, grid: Grid) -> None:
+        """Refuse a grid on which the flux or the source has no value."""
 
     def check_state(self, state: Array) -> None:
         """Refuse a state that the equation has no meaning for."""

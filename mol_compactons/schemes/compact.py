@@ -13,6 +13,7 @@ from mol_compactons import stencils
 from mol_compactons.equations.base import Equation
 from mol_compactons.equations.flux import DispersiveFlux, evaluate_flux
 from mol_compactons.errors import InputError, require
+from mol_compactons.expressions.kernels import add_shifted
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.schemes.base import Scheme
@@ -102,14 +103,17 @@ class CompactScheme(ViscousScheme):
                 f"on a {type(grid).__name__}; scheme=none takes the scheme that suits best."
             )
         second = SECOND_DIFFERENCES[self.second_difference]
-        reach = stencils.COMPACT_FIRST.reach + second.reach
+        damping = Damping(self, grid.spacing)
+        kernel: _CompactKernel | _SourceKernel
+        kernel = _CompactKernel(flux, equation.two_way, grid.size, grid.spacing, second, damping)
+        if equation.has_source:
+            kernel = _SourceKernel(equation, grid, kernel, second.order)
+        reach = kernel.reach
         require(
             grid.size >= 2 * reach + 1,
             f"grid.size = {grid.size} is too small: the compact scheme couples {2 * reach + 1} neighbours; choose at "
             f"least {2 * reach + 1} points.",
         )
-        damping = Damping(self, grid.spacing)
-        kernel = _CompactKernel(flux, equation.two_way, grid.size, grid.spacing, second, damping)
         return SemiDiscretization(
             size=grid.size,
             components=len(equation.variables),
@@ -117,9 +121,51 @@ class CompactScheme(ViscousScheme):
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
             invariants=lambda state: equation.invariants(state, grid.spacing, partial(second.apply, spacing=grid.spacing)),
+            diagnostics=lambda state: equation.diagnostics(state, grid.spacing),
             mass=np.array(stencils.COMPACT_MASS.coefficients),
             damping=damping.fastest,
+            explicit_time=equation.depends_on_time,
         )
+
+
+class _SourceKernel:
+    """The same with M s added for a source s, in which derivatives are central differences."""
+
+    def __init__(self, equation: Equation, grid: Grid, kernel: _CompactKernel, order: int) -> None:
+        self._equation, self._x, self._kernel = equation, grid.x, kernel
+        self._stencils = stencils.stencils_of(order, grid.spacing)
+        self._mass = np.array(stencils.COMPACT_MASS.coefficients)
+        self._added = np.empty(grid.size)
+        linearization = equation.linearized(self._stencils)
+        if linearization is None:
+            raise InputError(
+                f"CompactScheme takes a source whose derivatives are known, as those of a CustomEquation, not that of "
+                f"{type(equation).__name__}; choose CentralScheme."
+            )
+        equation.check_grid(grid)
+        self._linearization = linearization
+        self.reach = max(kernel.reach, linearization.reach + self._mass.size // 2)
+
+    def rhs(self, t: float, state: Array, out: Array) -> None:
+        """Write the right-hand side."""
+        self._kernel.rhs(t, state, out)
+        source = self._equation.local_source(t, self._x, state, partial(stencils.difference, self._stencils))
+        assert source is not None
+        convolve(self._mass, source, self._added)
+        out[-1] += self._added
+
+    def jacobian(self, t: float, state: Array, out: Array) -> None:
+        """Write its cyclic diagonals."""
+        middle = out.shape[2] // 2
+        inner = np.zeros((*out.shape[:2], 2 * self._kernel.reach + 1, out.shape[3]))
+        self._kernel.jacobian(t, state, inner)
+        out[:] = 0.0
+        out[:, :, middle - self._kernel.reach : middle + self._kernel.reach + 1] = inner
+        source = self._linearization.source(t, self._x, state)
+        assert source is not None
+        reach = source.shape[1] // 2 + self._mass.size // 2
+        for diagonals, total in zip(source, out[-1], strict=True):
+            add_shifted(self._mass, diagonals, total[middle - reach : middle + reach + 1])
 
 
 class _CompactKernel:
@@ -130,6 +176,7 @@ class _CompactKernel:
     ) -> None:
         self._flux = flux
         self._two_way = two_way
+        self.reach = stencils.COMPACT_FIRST.reach + second.reach
         self._table = flux.table
         self._first = stencils.COMPACT_FIRST.scaled(spacing)
         self._minus_first = -self._first

@@ -95,7 +95,7 @@ class ConservativeScheme(ViscousScheme):
 
     def suits(self, equation: Equation) -> float:
         """The granular compacton equation, and K(m, n) where its form allows it."""
-        return float(isinstance(equation, GranularCompacton) or is_conservative(equation))
+        return float((isinstance(equation, GranularCompacton) or is_conservative(equation)) and not equation.has_source)
 
     @classmethod
     def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
@@ -105,10 +105,10 @@ class ConservativeScheme(ViscousScheme):
 
     def discretize(self, equation: Equation, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of the granular compacton equation, or K(m, n), on a grid."""
-        if not (isinstance(equation, GranularCompacton | RosenauHyman) and isinstance(grid, Grid)):
+        if not isinstance(equation, GranularCompacton | RosenauHyman) or equation.has_source or isinstance(grid, Lattice):
             raise InputError(
-                f"ConservativeScheme is for GranularCompacton and RosenauHyman on a Grid, not for {type(equation).__name__} "
-                f"on a {type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
+                "ConservativeScheme is for GranularCompacton and RosenauHyman without a source on a Grid, not for "
+                f"{type(equation).__name__} on a {type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
             )
         damping = Damping(self, grid.spacing)
         reach = max(self.order, damping.reach)

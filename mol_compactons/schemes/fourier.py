@@ -90,13 +90,13 @@ class FourierScheme(ViscousScheme):
 
     def suits(self, equation: Equation) -> float:
         """The granular compacton equation; slow, and best on smooth waves."""
-        return 0.3 if isinstance(equation, GranularCompacton) else 0.0
+        return 0.3 if isinstance(equation, GranularCompacton) and not equation.has_source else 0.0
 
     def discretize(self, equation: Equation, grid: Grid | Lattice) -> SemiDiscretization:
         """The semi-discretisation of the granular compacton equation on a grid."""
-        if not (isinstance(equation, GranularCompacton) and isinstance(grid, Grid)):
+        if not isinstance(equation, GranularCompacton) or equation.has_source or isinstance(grid, Lattice):
             raise InputError(
-                f"FourierScheme is for GranularCompacton on a Grid, not for {type(equation).__name__} on a "
+                f"FourierScheme is for GranularCompacton without a source on a Grid, not for {type(equation).__name__} on a "
                 f"{type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
             )
         kernel = _FourierKernel(equation.n, grid, self)
