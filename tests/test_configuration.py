@@ -1,46 +1,19 @@
-import dataclasses
-from collections.abc import Sequence
-from typing import Any, Literal
+from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import FrozenInstanceError, dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mol_compactons import InputError, Simulation
-from mol_compactons.assignment import assign
-from mol_compactons.configuration import check, decode, encode
-from mol_compactons.integrators import IDA, Midpoint
+from mol_compactons import InputError, Simulation, Uniform, Wave
+from mol_compactons.configuration import FrozenMapping, Settings, decode, describe, did_you_mean, encode, hints_of
 from tests.systems import one_compacton
-
-
-@dataclasses.dataclass(frozen=True)
-class Leaf:
-    number: float
-    count: int = 1
-    mode: Literal["fast", "slow"] = "fast"
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclasses.dataclass(frozen=True)
-class Other:
-    flag: bool = False
-    text: str = ""
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclasses.dataclass(frozen=True)
-class Tree:
-    leaves: Sequence[Leaf | Other]
-    best: Leaf | Other | None = None
-    numbers: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        check(self)
-
+from tests.trees import Leaf, Other, Tree
 
 leaves = st.builds(
     Leaf,
@@ -83,66 +56,83 @@ def test_a_wrong_value_is_named_with_what_is_allowed(fields: dict[str, Any], wor
         Leaf(**fields)
 
 
-def test_changes_are_made_in_order_and_each_sees_the_one_before() -> None:
-    changed = assign(Tree(leaves=[], best=Other()), {"best": "Leaf(number=1)", "best.mode": "slow", "leaves": "[Other]"})
-    assert changed == Tree(leaves=[Other()], best=Leaf(1, mode="slow"))
-    assert assign(changed, {"leaves.0.text": "2015"}).leaves[0] == Other(text="2015")
-
-
-def test_assign_understands_numbers_words_lists_and_classes() -> None:
-    tree = Tree(leaves=[Leaf(1), Other()], best=Leaf(2))
-    changed = assign(
-        tree,
-        {
-            "leaves.0.number": "1/4",
-            "leaves.1.text": "two words",
-            "best": "Leaf(number=-2e-3, mode='slow')",
-            "numbers": "[1, 2*3]",
-        },
-    )
-    assert changed == Tree(leaves=[Leaf(0.25), Other(text="two words")], best=Leaf(-2e-3, mode="slow"), numbers=(1.0, 6.0))
-    assert assign(tree, {"best": "none"}).best is None
-    assert assign(tree, {"best": "Other"}).best == Other()
-
-
-def test_changes_are_checked_together() -> None:
-    """With n = 3/2 the compacton is too wide for the box unless the box grows in the same command."""
-    simulation = one_compacton(length=10)
-    with pytest.raises(InputError, match="does not fit in the box"):
-        assign(simulation, {"equation.n": "1.5"})
-    assert assign(simulation, {"equation.n": "1.5", "grid.length": "40"}).grid.length == 40
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "words"),
-    [
-        ("grid.sise", "3", "did you mean 'grid.size'"),
-        ("grid.size", "abc", "must be a whole number"),
-        ("grid.size", "1/0", "is not a finite number"),
-        ("scheme.viscosity", "-1", "must not be negative"),
-        ("scheme", "IDA", r"must be Scheme \(CompactScheme, ConservativeScheme"),
-        ("integrator", "IDA(rtoll=1)", "did you mean 'rtol'"),
-        ("equation", "GranularCompacton(2, 3)", "has too many arguments; GranularCompacton takes n"),
-        ("grid", "Grid(30, length=60)", "says length twice"),
-        ("initial", "[Compacton(speed=1)]", "needs a value for center"),
-        ("equation", "print(1)", r"must be Equation \(GranularChain, GranularCompacton"),
-    ],
-)
-def test_assign_refuses_in_one_sentence(path: str, value: str, words: str) -> None:
-    with pytest.raises(InputError, match=words) as refusal:
-        assign(one_compacton(), {path: value})
-    assert "\n" not in str(refusal.value)
-
-
-def test_assign_replaces_the_integrator_and_its_fields() -> None:
-    simulation = assign(one_compacton(), {"integrator": "Midpoint(step=0.02)"})
-    assert simulation.integrator == Midpoint(step=0.02)
-    assert assign(one_compacton(), {"integrator": "Midpoint(0.02, order=4)"}).integrator == Midpoint(step=0.02, order=4)
-    assert assign(one_compacton(), {"integrator.rtol": "1e-8"}).integrator == IDA(rtol=1e-8)
-
-
 def test_decode_names_an_unknown_class() -> None:
     data = encode(one_compacton())
     data["grid"]["type"] = "Banana"
     with pytest.raises(InputError, match="Banana is not allowed here; it must be Grid or Lattice"):
         decode(Simulation, data)
+
+
+def test_arrays_without_dimensions_and_fractions_are_numbers() -> None:
+    leaf = Leaf(number=Fraction(1, 4), count=np.array(3.0))  # type: ignore[arg-type]
+    assert leaf == Leaf(0.25, 3)
+    assert Tree(leaves=[], numbers=np.linspace(0, 1, 3)).numbers == (0.0, 0.5, 1.0)  # type: ignore[arg-type]
+
+
+def test_a_list_with_one_bad_number_is_refused_whole() -> None:
+    with pytest.raises(InputError, match=r"Tree\.numbers = a list with NaN or infinity in it must be finite"):
+        Tree(leaves=[], numbers=(1.0, np.nan))
+    with pytest.raises(InputError, match=r"Tree\.numbers = .* must be a list of a number"):
+        Tree(leaves=[], numbers=(1.0, "two"))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Named(Settings):
+    weights: Mapping[str, float] = field(default_factory=dict)
+
+
+def test_a_mapping_is_frozen_and_survives_json() -> None:
+    given_to_it = {"a": 1, "b": 2}
+    named = Named(given_to_it)
+    given_to_it["a"] = 7
+    assert dict(named.weights) == {"a": 1.0, "b": 2.0}
+    assert decode(Named, encode(named)) == named
+    assert hash(named) == hash(Named({"b": 2, "a": 1}))
+    with pytest.raises(TypeError):
+        named.weights["a"] = 2.0  # type: ignore[index]
+    assert len(FrozenMapping({"a": 1})) == 1
+    with pytest.raises(InputError, match=r"Named\.weights = .* must be names, each with a number"):
+        Named({"a": "much"})  # type: ignore[dict-item]
+
+
+def test_what_is_frozen_stays() -> None:
+    leaf = Leaf(1)
+    with pytest.raises(FrozenInstanceError):
+        leaf.number = 2.0  # type: ignore[misc]
+    assert leaf.number == 1.0
+
+
+def test_a_part_that_is_no_dataclass_cannot_be_stored() -> None:
+    class Bare(Wave):
+        def values(self, equation: Any, grid: Any, t: float = 0.0) -> Any:
+            return np.zeros((1, grid.size))
+
+    with pytest.raises(
+        InputError, match=r"Bare is no dataclass and cannot be stored; write @dataclass\(frozen=True\) above it"
+    ):
+        replace(one_compacton(), initial=[Bare()])
+    assert replace(one_compacton(), initial=[Uniform(0.0)]).initial == (Uniform(0.0),)
+
+
+@pytest.mark.parametrize(
+    ("hint", "words"),
+    [
+        (int, "a whole number below 2^63"),
+        (float | None, "a number or None"),
+        (tuple[float, ...], "a list of a number"),
+        (Mapping[str, int], "names, each with a whole number below 2^63"),
+        (Leaf, "Leaf"),
+    ],
+)
+def test_what_is_allowed_is_said_in_words(hint: Any, words: str) -> None:
+    assert describe(hint) == words
+
+
+def test_the_nearest_name_is_suggested_and_else_all() -> None:
+    assert did_you_mean("sise", ["size", "length"]) == "did you mean 'size'?"
+    assert did_you_mean("zzz", ["size", "length"]) == "it may be size, length."
+
+
+def test_hints_are_those_of_the_fields_alone() -> None:
+    assert list(hints_of(Leaf)) == ["number", "count", "mode"]
+    assert hints_of(Leaf)["number"] is float

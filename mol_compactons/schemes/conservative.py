@@ -107,8 +107,8 @@ class ConservativeScheme(ViscousScheme):
         """The semi-discretisation of the granular compacton equation, or K(m, n), on a grid."""
         if not isinstance(equation, GranularCompacton | RosenauHyman) or equation.has_source or isinstance(grid, Lattice):
             raise InputError(
-                "ConservativeScheme is for GranularCompacton and RosenauHyman without a source on a Grid, not for "
-                f"{type(equation).__name__} on a {type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
+                "ConservativeScheme is for GranularCompacton and RosenauHyman without a source on a Grid, not "
+                f"for {type(equation).__name__} on a {type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
             )
         damping = Damping(self, grid.spacing)
         reach = max(self.order, damping.reach)
