@@ -98,13 +98,19 @@ class Simulation(Settings):
         self.initial_state()
 
     def _best_scheme(self) -> Scheme:
-        for part, kind in ((self.grid, Grid | Lattice), (self.initial, Sequence)):
+        waves = self.initial if isinstance(self.initial, Sequence) else [None]
+        if not isinstance(self.grid, Grid | Lattice) or not all(isinstance(wave, Wave) for wave in waves):
             # What is wrong with these is for the check of all fields to say.
-            if not isinstance(part, kind):
-                return cast(Scheme, None)
+            return cast(Scheme, None)
+        return best_scheme(self.equation, self.grid, self._speed_scale())
+
+    def _speed_scale(self) -> float:
+        """The largest speed of the initial data: that of its waves or, for other data, of a compacton as high."""
+        if self.initial and all(isinstance(wave, LocalizedWave) for wave in self.initial):
+            return max(abs(wave.speed) for wave in self.initial if isinstance(wave, LocalizedWave))
         state = self.initial_state()
-        speeds = [abs(wave.speed) for wave in self.initial if isinstance(wave, LocalizedWave)]
-        return best_scheme(self.equation, max(speeds, default=0.0) or speed_of(self.equation, self.grid, state))
+        of_height = self.equation.compacton_speed(float(np.abs(state[0]).max()))
+        return of_height or speed_of(self.equation, self.grid, state)
 
     def discretize(self) -> SemiDiscretization:
         """The system of ordinary differential equations."""
@@ -130,7 +136,8 @@ class Simulation(Settings):
             f"c = {', '.join(speeds)}" if speeds else ", ".join(dict.fromkeys(type(wave).__name__ for wave in self.initial))
         )
         discrete = ", ".join([f"{self.scheme.label}, N = {self.grid.size}", *amounts])
-        return f"{self.title or type(self.equation).__name__}: {brief(self.equation)}; {waves}; {discrete}"
+        settings = f"{brief(self.equation)}; {waves}; {discrete}"
+        return f"{self.title}: {settings}" if self.title else settings
 
     def to_json(self) -> str:
         """The simulation as JSON, from which `from_json` makes it again, bit for bit."""

@@ -145,6 +145,10 @@ class Equation(Settings):
             "or as Samples."
         )
 
+    def compacton_speed(self, height: float) -> float | None:
+        """The speed of the compacton of a height, which is positive; None where there is none of closed form."""
+        return None
+
     def travelling_state(self, shape: Any, z: Array, speed: float) -> Array:
         """The state of a wave of a shape and speed at the distances z from its centre, shape (components, N)."""
         profile = shape(z)

@@ -73,6 +73,10 @@ class GranularCompacton(Equation):
         )
         return CosinePower(sign * compacton_height(speed * (n + 1) / 2, n), (n - 1) / (n + 1), 2 / (n - 1))
 
+    def compacton_speed(self, height: float) -> float:
+        """C = 2 M^(n-1) / (n+1)."""
+        return float(2 * height ** (self.n - 1) / (self.n + 1))
+
     def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """Mass, momentum Q and energy H of a state of shape (1, N), as sums over the grid; nondimensional."""
         (u,) = state

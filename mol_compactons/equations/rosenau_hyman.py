@@ -100,6 +100,16 @@ class RosenauHyman(Equation):
         )
         return CosinePower(sign * compacton_height(2 * abs(speed) * m / (m + 1), m), (m - 1) / (2 * m), 2 / (m - 1))
 
+    @property
+    def is_odd(self) -> bool:
+        """Whether the mirror image -u of a solution is one, so that waves of both signs move the same way."""
+        return self.absolute or (self.m % 2 == 1 and self.n % 2 == 1)
+
+    def compacton_speed(self, height: float) -> float | None:
+        """C = (m+1) M^(m-1) / (2m), for m = n."""
+        m = self.m
+        return float((m + 1) * height ** (m - 1) / (2 * m)) if m == self.n and m > 1 else None
+
     def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """Mass and energy of a state of shape (1, N), as sums over the grid; nondimensional."""
         (u,) = state

@@ -55,7 +55,10 @@ def drifts(dataset: xr.Dataset, axes: Axes) -> None:
     for name, change in changes.data_vars.items():
         axes.semilogy(changes["t"][1:], np.maximum(np.abs(change[1:]), 1e-17), label=str(name), linewidth=1)
     axes.set(xlabel="t", ylabel="|relative drift|", title="conserved quantities")
-    axes.legend(frameon=False)
+    if changes.data_vars:
+        axes.legend(frameon=False)
+    else:
+        axes.text(0.5, 0.5, "nothing is conserved", ha="center", transform=axes.transAxes)
 
 
 def overview(dataset: xr.Dataset) -> Figure:

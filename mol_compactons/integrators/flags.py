@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 ACCURACY = "raise integrator.rtol or integrator.atol"
-SMOOTHNESS = "as where a solution loses smoothness; add viscosity, refine the grid, or loosen the tolerances"
+SMOOTHNESS = "as where a solution loses smoothness; raise the viscosity of the scheme tenfold, or loosen the tolerances"
 LINEAR = "choose the other integrator.linear_solver"
 DATA = "check the initial data"
 SETTINGS = "check the settings of the integrator"

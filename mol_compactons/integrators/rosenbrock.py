@@ -244,7 +244,7 @@ class RosenbrockIntegration:
             if step < SMALLEST_STEP * self._t_end:
                 raise IntegrationError(
                     f"Rosenbrock gave up at t = {self._t:.6g}: its step became too small, as where a solution loses "
-                    "smoothness; add viscosity, refine the grid, or tighten integrator.rtol.",
+                    "smoothness; raise the viscosity of the scheme tenfold, or tighten integrator.rtol.",
                     self._t,
                 )
             error = np.inf

@@ -310,8 +310,8 @@ class SundialsIntegration:
         """SUNDIALS never returns from a step whose residual is NaN, so that this must be noticed here."""
         if not _all_finite(values):
             raise IntegrationError(
-                f"The right-hand side was not finite after t = {self._t:.6g}, as where a solution blows up; add viscosity, "
-                "refine the grid, or choose another scheme.",
+                f"The right-hand side was not finite after t = {self._t:.6g}, as where a solution blows up; raise the "
+                "viscosity of the scheme tenfold, or choose another scheme (a finer grid alone blows up sooner).",
                 self._t,
             )
 

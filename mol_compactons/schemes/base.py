@@ -37,13 +37,13 @@ class Scheme(Settings):
         """How well the scheme suits an equation: 0 not at all, up to 1; the best of all loaded schemes is the default."""
 
     @classmethod
-    def default_for(cls: type[Own], equation: Equation, speed: float) -> Own | None:
+    def default_for(cls: type[Own], equation: Equation, grid: Grid | Lattice, speed: float) -> Own | None:
         """The scheme with the settings that it should have where nothing else is said; None if it is no default for this.
 
         Parameters
         ----------
-        equation : Equation
-            What is solved.
+        equation, grid
+            What is solved, and where.
         speed : float
             The scale of the speeds in the initial data; a viscosity is proportional to it.
         """
@@ -60,14 +60,14 @@ class Scheme(Settings):
         return True
 
     @classmethod
-    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme] | None:
+    def as_check_of(cls, scheme: Scheme, equation: Equation, grid: Grid | Lattice) -> tuple[float, Scheme] | None:
         """How well a scheme of this class serves as a check of another, and with which settings; None for not at all."""
-        own = cls.default_for(equation, 0.0)
+        own = cls.default_for(equation, grid, 0.0)
         return None if own is None else (own.suits(equation), own)
 
-    def independent_alternative(self, equation: Equation) -> Scheme | None:
+    def independent_alternative(self, equation: Equation, grid: Grid | Lattice) -> Scheme | None:
         """A scheme of another class that shares nothing with this one but the equation, for a study to check with."""
-        offers = [cls.as_check_of(self, equation) for cls in loaded(Scheme).values() if not isinstance(self, cls)]
+        offers = [cls.as_check_of(self, equation, grid) for cls in loaded(Scheme).values() if not isinstance(self, cls)]
         known = [offer for offer in offers if offer is not None and offer[0] > 0]
         return max(known, key=lambda offer: offer[0])[1] if known else None
 
@@ -102,7 +102,7 @@ class Scheme(Settings):
         return set()
 
 
-def best_scheme(equation: Equation, speed: float) -> Scheme:
+def best_scheme(equation: Equation, grid: Grid | Lattice, speed: float) -> Scheme:
     """The loaded scheme that suits an equation best, with its default settings.
 
     Raises
@@ -110,7 +110,7 @@ def best_scheme(equation: Equation, speed: float) -> Scheme:
     InputError
         If none suits it.
     """
-    schemes = [cls.default_for(equation, speed) for cls in loaded(Scheme).values()]
+    schemes = [cls.default_for(equation, grid, speed) for cls in loaded(Scheme).values()]
     suitable = [scheme for scheme in schemes if scheme is not None and scheme.suits(equation) > 0]
     if not suitable:
         raise InputError(

@@ -17,7 +17,7 @@ from mol_compactons.expressions.kernels import add_shifted
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.schemes.base import Scheme
-from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order
+from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order, default_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import add_convolution, convolve
 
@@ -83,7 +83,12 @@ class CompactScheme(ViscousScheme):
         return 0.5 if equation.dispersive_flux is not None else 0.0
 
     @classmethod
-    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
+    def default_for(cls, equation: Equation, grid: Grid | Lattice, speed: float) -> CompactScheme:
+        """Fourth order, with a damping at the scale of the grid."""
+        return cls("five_point", grid_viscosity=default_viscosity(True, grid.spacing) * speed, viscosity_order=6)
+
+    @classmethod
+    def as_check_of(cls, scheme: Scheme, equation: Equation, grid: Grid | Lattice) -> tuple[float, Scheme]:
         """With the second difference that needs the least damping, and one of the same order."""
         own = cls("wide", viscosity_order=damping_order(scheme))
         return own.suits(equation), own

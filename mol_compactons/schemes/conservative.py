@@ -26,7 +26,7 @@ from mol_compactons.schemes.entropy_flux import (
     two_point_slopes,
 )
 from mol_compactons.schemes.rosenau_hyman import RosenauHymanKernel, is_conservative
-from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order
+from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order, default_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import add_convolution
 
@@ -34,9 +34,6 @@ Array = NDArray[np.float64]
 
 WEIGHTS = {2: (1.0,), 4: (4 / 3, -1 / 3), 6: (3 / 2, -3 / 5, 1 / 10)}
 """Richardson's weights of the strides 1, 2, 3 for each order: each removes the next even power of h."""
-
-DEFAULT_VISCOSITY = 0.03
-"""The default damping of sixth order, in grid units, for waves of speed 1."""
 
 
 @dataclass(frozen=True)
@@ -84,9 +81,10 @@ class ConservativeScheme(ViscousScheme):
     viscosity_order: Literal[4, 6] = 4
 
     @classmethod
-    def default_for(cls, equation: Equation, speed: float) -> ConservativeScheme:
+    def default_for(cls, equation: Equation, grid: Grid | Lattice, speed: float) -> ConservativeScheme:
         """Fourth order, with a damping at the scale of the grid that is proportional to the speed of the waves."""
-        return cls(order=4, grid_viscosity=DEFAULT_VISCOSITY * speed, viscosity_order=6)
+        odd = not isinstance(equation, RosenauHyman) or equation.is_odd
+        return cls(order=4, grid_viscosity=default_viscosity(odd, grid.spacing) * speed, viscosity_order=6)
 
     @property
     def formal_order(self) -> float:
@@ -98,7 +96,7 @@ class ConservativeScheme(ViscousScheme):
         return float((isinstance(equation, GranularCompacton) or is_conservative(equation)) and not equation.has_source)
 
     @classmethod
-    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
+    def as_check_of(cls, scheme: Scheme, equation: Equation, grid: Grid | Lattice) -> tuple[float, Scheme]:
         """With a damping of the same order."""
         own = cls(order=4, viscosity_order=damping_order(scheme))
         return own.suits(equation), own
@@ -107,8 +105,9 @@ class ConservativeScheme(ViscousScheme):
         """The semi-discretisation of the granular compacton equation, or K(m, n), on a grid."""
         if not isinstance(equation, GranularCompacton | RosenauHyman) or equation.has_source or isinstance(grid, Lattice):
             raise InputError(
-                "ConservativeScheme is for GranularCompacton and RosenauHyman without a source on a Grid, not "
-                f"for {type(equation).__name__} on a {type(grid).__name__}; choose CompactScheme, or NearestNeighbours for a chain."
+                "ConservativeScheme is for GranularCompacton and RosenauHyman without a source on a Grid, not for "
+                f"{type(equation).__name__} on a {type(grid).__name__}; choose CompactScheme or, for a chain, "
+                "NearestNeighbours."
             )
         damping = Damping(self, grid.spacing)
         reach = max(self.order, damping.reach)

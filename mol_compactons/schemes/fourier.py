@@ -73,12 +73,12 @@ class FourierScheme(ViscousScheme):
         )
 
     @classmethod
-    def default_for(cls, equation: Equation, speed: float) -> FourierScheme | None:
+    def default_for(cls, equation: Equation, grid: Grid | Lattice, speed: float) -> FourierScheme | None:
         """None: its dense Jacobian is not for the default integrator."""
         return None
 
     @classmethod
-    def as_check_of(cls, scheme: Scheme, equation: Equation) -> tuple[float, Scheme]:
+    def as_check_of(cls, scheme: Scheme, equation: Equation, grid: Grid | Lattice) -> tuple[float, Scheme]:
         """The best check where the viscosity vanishes with the grid, which the compact scheme does not stand."""
         own = cls(dealias=False, viscosity_order=damping_order(scheme))
         return (BEST_CHECK if scheme.viscosities[1] else 1.0) * own.suits(equation), own

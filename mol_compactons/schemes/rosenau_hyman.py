@@ -25,7 +25,7 @@ def is_conservative(equation: Equation) -> bool:
     """Whether an equation is a K(m, n) in which v^(m/n) is a function of v = u^n."""
     if not isinstance(equation, RosenauHyman):
         return False
-    return equation.absolute or (equation.m % 2 == 1 and equation.n % 2 == 1) or equation.m == equation.n
+    return equation.is_odd or equation.m == equation.n
 
 
 class RosenauHymanKernel:

@@ -160,7 +160,7 @@ class Family(Settings):
 
 def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
     """The scheme of a simulation and one that shares nothing with it but the equation, where there is one."""
-    other = simulation.scheme.independent_alternative(simulation.equation)
+    other = simulation.scheme.independent_alternative(simulation.equation, simulation.grid)
     try:
         if other is not None:
             other.discretize(simulation.equation, simulation.grid)

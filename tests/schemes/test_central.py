@@ -268,7 +268,7 @@ def test_it_takes_a_class_of_ones_own() -> None:
     rates = [right_hand_side(system, gauss[None]) for system in systems]
     np.testing.assert_allclose(rates[0], rates[1], atol=1e-12)
     np.testing.assert_allclose(rates[0][0], grid.x / 2 * gauss, atol=2e-3)
-    assert best_scheme(LogKdV(), 1.0) == CentralScheme(4, viscosity_order=6)
+    assert best_scheme(LogKdV(), Grid(10, 100), 1.0) == CentralScheme(4, viscosity_order=6)
 
 
 def test_a_flux_that_is_not_local_is_refused() -> None:
@@ -287,14 +287,14 @@ def test_the_reach_is_measured_through_all_derivatives() -> None:
 
 
 def test_what_is_taken_where_nothing_is_said() -> None:
-    """No damping where ripples disperse at rest; else one that is proportional to the speed."""
-    damped = CentralScheme(4, grid_viscosity=0.06, viscosity_order=6)
-    assert best_scheme(KDV, 2.0) == CentralScheme(4, viscosity_order=6)
-    assert best_scheme(CustomEquation("u**2 + d2(u**2) + 0.1*d2(u)"), 2.0) == CentralScheme(4, viscosity_order=6)
-    assert best_scheme(CustomEquation("u + u**2 + d2(u**2)"), 2.0) == damped
-    assert best_scheme(CustomEquation("u**2"), 2.0) == damped
-    assert best_scheme(CustomEquation("u**2 + u*d2(u)", background=1), 2.0) == CentralScheme(4, viscosity_order=6)
-    check = CompactScheme().independent_alternative(KDV)
+    """No damping where ripples disperse at rest; else one in proportion to the speed, larger where the flux is not odd."""
+    grid = Grid(10, 100)
+    for formula, amount in (("3*u**2 + d2(u)", 0), ("u**2 + d2(u**2) + 0.1*d2(u)", 0), ("u**3 + u*d2(u**2)", 0.06)):
+        assert best_scheme(CustomEquation(formula), grid, 2.0).viscosities == pytest.approx((0, amount))
+    for formula in ("u**2 + d2(u**2)", "u + u**2 + d2(u**2)", "u**2"):
+        assert best_scheme(CustomEquation(formula), grid, 2.0).viscosities == pytest.approx((0, 2 * 0.01 / 0.1**2))
+    assert best_scheme(CustomEquation("u**2 + u*d2(u)", background=1), grid, 2.0) == CentralScheme(4, viscosity_order=6)
+    check = CompactScheme().independent_alternative(KDV, grid)
     assert isinstance(check, CentralScheme)
     assert CentralScheme().label == "CentralScheme(order=4)"
 
