@@ -1,4 +1,4 @@
-"""Speed at matched error, beside what a user would pick instead: `python -m benchmarks [W1 W2 W3 W4 W5 W6 W7] [-o FOLDER]`.
+"""Speed at matched error, beside what a user would pick instead: `python -m benchmarks [W1 W2 W3 W4 W5 W6] [-o FOLDER]`.
 
 Install the peers with `pip install .[bench]`. Each work item runs all its candidates in one process, one after the other and
 that several times, each with the loosest of its settings that reaches the error asked for against a reference of another
@@ -257,31 +257,8 @@ def schemes(folder: Path) -> None:
     picture(points, "W5: one compacton, t = 14, N = 75 to 1200, Rosenbrock", folder / "W5.png")
 
 
-def subnormals(folder: Path) -> None:
-    """W6: W1 and W2 with numbers below 2.2e-308 counted as zero, and without."""
-    rows = []
-    for name, simulation in (
-        ("W1", compacton_run((1,), (5.5,), 30, 600, 14)),
-        ("W2", compacton_run((1, 0.25), (5.5, 15.5), 60, 1200, 40)),
-    ):
-        for integrator in (Rosenbrock(rtol=1e-4), IDA(rtol=1e-4)):
-            seconds = {True: np.inf, False: np.inf}
-            for _ in range(REPEATS):
-                for flush in seconds:
-                    started = time.process_time()
-                    run(replace(simulation, integrator=integrator), flush_subnormals=flush)
-                    seconds[flush] = min(seconds[flush], time.process_time() - started)
-            rows.append((name, type(integrator).__name__, seconds[True], seconds[False]))
-    print("\nW6: subnormal numbers flushed to zero or kept\n\n| run | solver | flushed, CPU s | kept, CPU s | ratio |")
-    print("|---|---|---|---|---|")
-    for name, solver, flushed, kept in rows:
-        print(f"| {name} | {solver} | {flushed:.3f} | {kept:.3f} | {kept / flushed:.2f} |")
-    with (folder / "W6.csv").open("w", newline="") as file:
-        csv.writer(file).writerows([("run", "solver", "flushed_cpu_seconds", "kept_cpu_seconds"), *rows])
-
-
 def kernels(folder: Path) -> None:
-    """W7: what one right-hand side, Jacobian, factoring and solve cost on 1,200 points, in microseconds."""
+    """W6: what one right-hand side, Jacobian, factoring and solve cost on 1,200 points, in microseconds."""
     header = ("scheme", "n", "f", "Jacobian", "LU", "solve")
     rows = []
     for scheme in (CompactScheme("wide", 1e-3), ConservativeScheme(2), ConservativeScheme(4), ConservativeScheme(6)):
@@ -296,10 +273,10 @@ def kernels(folder: Path) -> None:
                 partial(matrix.solve_into, state, out),
             )
             rows.append([scheme.label, f"{n:g}", *(f"{microseconds(call):.1f}" for call in calls)])
-    print(f"\nW7: microseconds at N = 1,200\n\n| {' | '.join(header)} |\n|{'---|' * len(header)}")
+    print(f"\nW6: microseconds at N = 1,200\n\n| {' | '.join(header)} |\n|{'---|' * len(header)}")
     for row in rows:
         print(f"| {' | '.join(row)} |")
-    with (folder / "W7.csv").open("w", newline="") as file:
+    with (folder / "W6.csv").open("w", newline="") as file:
         csv.writer(file).writerows([header, *rows])
 
 
@@ -323,7 +300,7 @@ def against_the_wave(base: Simulation, name: str, scheme: Any, size: int, integr
     return replace(row, setting=described(integrator))
 
 
-ITEMS = {"W1": single, "W2": collision, "W3": scaling, "W4": chains, "W5": schemes, "W6": subnormals, "W7": kernels}
+ITEMS = {"W1": single, "W2": collision, "W3": scaling, "W4": chains, "W5": schemes, "W6": kernels}
 
 
 def main() -> None:

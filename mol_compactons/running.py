@@ -17,7 +17,6 @@ from mol_compactons.errors import IntegrationError
 from mol_compactons.integrators.base import Report, no_report
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
 from mol_compactons.results.schema import cost_attributes, layout_of
-from mol_compactons.runtime.subnormals import flushing_subnormals
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -30,7 +29,6 @@ def run(
     *,
     overwrite: bool = False,
     report: Report = no_report,
-    flush_subnormals: bool = True,
 ) -> xr.Dataset:
     """Integrate a simulation and return its frames as a labelled Dataset.
 
@@ -45,8 +43,6 @@ def run(
         Whether a file that exists may be replaced.
     report : callable, optional
         Called now and then with the time reached.
-    flush_subnormals : bool
-        Whether numbers below 2.2e-308 count as zero during the run, where the machine allows it.
 
     Returns
     -------
@@ -85,7 +81,7 @@ def run(
     status, failure = "interrupted at t = 0", None
     try:
         record(0.0, state)
-        with stopping_on_signals(report) as watch, flushing_subnormals(flush_subnormals):
+        with stopping_on_signals(report) as watch:
             watch(0.0)
             for t in simulation.times[1:]:
                 state = integration.advance(t, watch)

@@ -22,7 +22,6 @@ def add_run(commands: Commands) -> None:
     parser.add_argument("-o", "--output", metavar="FILE.nc", help="where to write (default: the scenario's name)")
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
-    parser.add_argument("--keep-subnormals", action="store_true", help="do not count numbers below 2.2e-308 as zero")
     parser.set_defaults(handle=_run)
 
 
@@ -33,8 +32,7 @@ def _run(options: argparse.Namespace) -> None:
     if path.suffix.lower() != ".nc":
         raise InputError(f"{path} must end in .nc: a result is a NetCDF file.")
     with progress_bar(simulation.t_end, options.quiet) as report:
-        flush = not options.keep_subnormals
-        dataset = run(simulation, path, overwrite=options.overwrite, report=report, flush_subnormals=flush)
+        dataset = run(simulation, path, overwrite=options.overwrite, report=report)
     if not options.quiet:
         print(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset), sep="\n")
     dataset.close()

@@ -1,1 +1,1 @@
-"""What the program needs of the machine: compilation, floating-point modes."""
+"""What the program needs of the machine: the compilation of its kernels."""
