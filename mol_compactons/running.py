@@ -71,7 +71,8 @@ def run(
     system = simulation.discretize()
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
-    layout = layout_of(simulation, list(system.invariants(state)), list(system.diagnostics(state)))
+    names = list(system.invariants(state)), list(system.diagnostics(state))
+    layout = layout_of(simulation, *names, system.magnitudes(state))
     recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, Path(path), overwrite)
 
     def record(t: float, state: NDArray[np.float64]) -> None:

@@ -41,6 +41,8 @@ class SemiDiscretization:
         ``jacobian(t, state, out)`` writes the cyclic diagonals of df/dy into `out`, shape (components, components,
         2 reach + 1, size): ``out[r, c, reach + d, j]`` is the derivative of f_r in cell j by y_c in cell j + d. Without one it
         is made by differences of f, see `ColouredJacobian`.
+    magnitudes : callable
+        ``magnitudes(state)`` returns, for each conserved quantity, the sum of the sizes of what it is a sum of.
     diagnostics : callable
         ``diagnostics(state)`` returns what else is worth a number along t.
     mass : array of shape (2 r + 1,) or None
@@ -64,6 +66,7 @@ class SemiDiscretization:
     rhs: Callable[[float, Array, Array], None]
     invariants: Callable[[Array], dict[str, float]]
     jacobian: Callable[[float, Array, Array], None] = None  # type: ignore[assignment]  # made in __post_init__
+    magnitudes: Callable[[Array], dict[str, float]] = lambda state: {}
     diagnostics: Callable[[Array], dict[str, float]] = lambda state: {}
     mass: Array | None = None
     damping: float = 0.0

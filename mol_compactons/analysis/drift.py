@@ -11,9 +11,15 @@ from mol_compactons.results.reading import conserved_names
 if TYPE_CHECKING:
     import xarray as xr
 
+CANCELLING = 1e-3
+"""A first value below this, relative to the sum of the sizes of its parts, is what their cancellation left."""
+
 
 def drift(dataset: xr.Dataset) -> xr.Dataset:
-    """The change of each conserved quantity since the first frame, relative to its first value where that is not zero.
+    """The change of each conserved quantity since the first frame, relative to what it is.
+
+    That is the size of its first value or, where parts of that cancel, as the mass of a bright and a dark wave, the sum of the
+    sizes of these parts; in results that do not know it, the largest size on the way.
 
     Parameters
     ----------
@@ -23,14 +29,30 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        One variable along t for each conserved quantity, nondimensional; its attribute `scale` is the value divided by.
+        One variable along t for each conserved quantity, nondimensional; its attribute `scale` is the value divided by, and
+        `relative_to` says which that is. Where all is zero, so is the drift.
     """
     series = dataset[conserved_names(dataset)].load()
     result = series.copy()
     for name in series.data_vars if dataset.sizes["t"] else ():
         values = series[name]
-        first = abs(float(values[0]))
-        scale = first if first > 1e-12 * float(np.abs(values).max()) and first > 1e-12 else 1.0
-        result[name] = (values - values[0]) / scale
-        result[name].attrs = {"long_name": f"relative drift of the {name}", "units": "1", "scale": scale}
+        scale, meaning = _scale(values)
+        result[name] = (values - values[0]) / (scale or 1.0)
+        result[name].attrs = {
+            "long_name": f"drift of the {name}, relative to {meaning}",
+            "units": "1",
+            "scale": scale,
+            "relative_to": meaning,
+        }
     return result
+
+
+def _scale(values: xr.DataArray) -> tuple[float, str]:
+    """What a drift is relative to, and that in words; 0 where there is nothing but zeros."""
+    first, largest = abs(float(values[0])), float(np.abs(values).max())
+    magnitude = float(values.attrs.get("magnitude", largest))
+    if first > CANCELLING * magnitude:
+        return first, "its first value"
+    if "magnitude" in values.attrs and magnitude > 0:
+        return magnitude, "the sum of the sizes of its parts"
+    return largest, "its largest value"

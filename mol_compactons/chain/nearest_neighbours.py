@@ -41,6 +41,7 @@ class NearestNeighbours(Scheme):
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
             invariants=kernel.invariants,
+            magnitudes=kernel.magnitudes,
             split_steps=kernel.split_steps,
         )
 
@@ -151,22 +152,29 @@ class _ChainKernel:
         if not ring:
             out[1, 0, 0, 0] = out[1, 0, 2, -1] = 0
 
-    def invariants(self, state: Array) -> dict[str, float]:
-        """What the chain conserves, of a state of shape (2, N); nondimensional."""
+    def densities(self, state: Array) -> dict[str, Array]:
+        """What the conserved quantities of a state of shape (2, N) are sums of; nondimensional."""
         result = {}
         if self._in_stresses:
-            stress, kinetic = state[0], self._kinetic_energy_of_rates(state[1])
+            stress, kinetic = state[0], self._kinetic_energies_of_rates(state[1])
             if self._ends in (kernels.PERIODIC, kernels.FIXED):
-                result = {"mass": float(stress.sum()), "momentum": float(state[1].sum())}
+                result = {"mass": stress, "momentum": state[1]}
         else:
             stress = self._contact_stresses(state[0])
-            kinetic = 0.5 * float((state[1] * self._inverse_masses) @ state[1])
+            kinetic = 0.5 * self._inverse_masses * state[1] ** 2
             if self._ends != kernels.FIXED:
-                result = {"momentum": float(state[1].sum())}
+                result = {"momentum": state[1]}
         # On a ring in displacements the contact between the last grain and the first stands at both ends.
         twice = not self._in_stresses and self._ends == kernels.PERIODIC
-        stored = self._stored_energies(stress)[int(twice) :]
-        return result | {"energy": kinetic + float(stored.sum())}
+        return result | {"energy": np.concatenate([kinetic, self._stored_energies(stress)[int(twice) :]])}
+
+    def invariants(self, state: Array) -> dict[str, float]:
+        """The sums of the densities."""
+        return {name: float(density.sum()) for name, density in self.densities(state).items()}
+
+    def magnitudes(self, state: Array) -> dict[str, float]:
+        """The sums of their sizes."""
+        return {name: float(np.abs(density).sum()) for name, density in self.densities(state).items()}
 
     def _stored_energies(self, stress: Array) -> Array:
         """The energy of each contact above that of the static state, whose force is the push."""
@@ -174,8 +182,8 @@ class _ChainKernel:
         static = np.broadcast_to(self._static, factor.shape).copy()
         return np.asarray(energy(stress + self._static, factor) - energy(static, factor) - self._push * stress)
 
-    def _kinetic_energy_of_rates(self, rate: Array) -> float:
-        """The kinetic energy of the grains: walls and held ends at rest, else in the frame of zero momentum."""
+    def _kinetic_energies_of_rates(self, rate: Array) -> Array:
+        """The kinetic energies of the grains: walls and held ends at rest, else in the frame of zero momentum."""
         velocity = -np.cumsum(rate)
         if self._ends in (kernels.FREE, kernels.HELD):
             velocity = np.append(0.0, velocity)
@@ -187,4 +195,4 @@ class _ChainKernel:
         masses = np.broadcast_to(1 / inverse, velocity.shape)
         if self._ends in (kernels.PERIODIC, kernels.FREE):
             velocity = velocity - float(masses @ velocity) / float(masses.sum())
-        return 0.5 * float(masses @ velocity**2)
+        return np.asarray(0.5 * masses * velocity**2)

@@ -84,7 +84,7 @@ def contents(dataset: xr.Dataset) -> str:
 
 
 def kept(dataset: xr.Dataset) -> str:
-    """One line: how well the conserved quantities were kept."""
+    """One line: how well the conserved quantities were kept, and relative to what where that is not the first value."""
     from mol_compactons.analysis.drift import drift
 
     changes = drift(dataset)
@@ -92,7 +92,12 @@ def kept(dataset: xr.Dataset) -> str:
         return "kept nothing: there is no frame"
     if not changes.data_vars:
         return "nothing is conserved"
-    return "kept " + ", ".join(f"{name} to {float(abs(change).max()):.1e}" for name, change in changes.data_vars.items())
+    parts = []
+    for name, change in changes.data_vars.items():
+        meaning = change.attrs["relative_to"]
+        of = "" if meaning == "its first value" else f" of {meaning}"
+        parts.append(f"{name} to {float(abs(change).max()):.1e}{of}")
+    return "kept " + ", ".join(parts)
 
 
 def cost(dataset: xr.Dataset) -> str:

@@ -163,12 +163,22 @@ class Equation(Settings):
     def check_state(self, state: Array) -> None:
         """Refuse a state that the equation has no meaning for."""
 
+    def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
+        """The densities of the conserved quantities of a state of shape (components, N): by default u and, two-way, v.
+
+        A density that has parts, like the potential and the kinetic energy, is an array of these, shape (parts, N).
+        """
+        return dict(zip(("mass", "momentum"), state, strict=False))
+
     def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
-        """The conserved quantities of a state of shape (components, N), as sums over the grid: by default Int u, and Int v."""
-        result = {"mass": spacing * float(state[0].sum())}
-        if self.two_way:
-            result["momentum"] = spacing * float(state[1].sum())
-        return result
+        """The conserved quantities of a state, as sums of their densities over the grid."""
+        densities = self.densities(state, second_difference)
+        return {name: spacing * float(density.sum()) for name, density in densities.items()}
+
+    def magnitudes(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
+        """The sums of the sizes of what the conserved quantities are sums of, for when these cancel."""
+        densities = self.densities(state, second_difference)
+        return {name: spacing * float(np.abs(density).sum()) for name, density in densities.items()}
 
     def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
         """What else is worth a number along t, though it is not conserved."""

@@ -178,28 +178,24 @@ class CustomEquation(Equation):
         for which, program in self._programs.items():
             program.refuse_singular(program.evaluate(size, inputs, derivative), f"CustomEquation.{which}", where)
 
-    def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
-        """The conserved quantities of a state of shape (components, N), as sums over the grid; nondimensional."""
+    def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
+        """Those of what is conserved, of a state of shape (components, N)."""
+        integrals = super().densities(state, second_difference)
         if not self.source:
-            return self._integrals(state, spacing) | self._energy(state, spacing, second_difference)
-        return {"mass": self._integrals(state, spacing)["mass"]} if self.two_way else {}
+            return integrals | self._energy(state, second_difference)
+        return {"mass": integrals["mass"]} if self.two_way else {}
 
     def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
         """With a source, the integrals that would be conserved without it."""
-        conserved = {"mass"} if self.two_way else set()
-        found = self._integrals(state, spacing) if self.source else {}
-        return {name: value for name, value in found.items() if name not in conserved}
+        names = ("mass", "momentum")[int(self.two_way) : len(state)] if self.source else ()
+        return {name: spacing * float(state[-1].sum()) for name in names}
 
-    def _integrals(self, state: Array, spacing: float) -> dict[str, float]:
-        names = ("mass", "momentum") if self.two_way else ("mass",)
-        return {name: spacing * float(component.sum()) for name, component in zip(names, state, strict=True)}
-
-    def _energy(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
+    def _energy(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
         flux = self.dispersive_flux
         if flux is None or flux.variational_constant is None:
             return {}
-        energy = float(flux.energy_density(state[0], second_difference(flux.g_values(state[0]))).sum())
-        return {"energy": spacing * (energy + 0.5 * float(state[1] @ state[1]) if self.two_way else -energy)}
+        stored = flux.energy_parts(state[0], second_difference(flux.g_values(state[0])))
+        return {"energy": np.array([*stored, 0.5 * state[1] ** 2]) if self.two_way else -stored}
 
 
 class FormulaLinearization:

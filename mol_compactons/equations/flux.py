@@ -211,8 +211,8 @@ class Flux(DispersiveFlux, Settings):
             return self.b.coefficient / slope.coefficient
         return None
 
-    def energy_density(self, u: NDArray[np.float64], g_second: NDArray[np.float64]) -> NDArray[np.float64]:
-        """A(u) + (kappa / 2) g g_xx, shape (N,): after integration by parts the density whose variation is F.
+    def energy_parts(self, u: NDArray[np.float64], g_second: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A(u) and (kappa / 2) g g_xx, shape (2, N): after integration by parts the density whose variation is F is their sum.
 
         Parameters
         ----------
@@ -223,10 +223,11 @@ class Flux(DispersiveFlux, Settings):
         """
         kappa = self.variational_constant
         require(kappa is not None, "The flux has no energy: b must be a multiple of the derivative of g.")
-        density = 0.5 * float(kappa or 0) * self.g(u) * g_second
+        parts = np.zeros((2, u.size))
         for law in self.a:
-            density += law.antiderivative()(u)
-        return np.asarray(density)
+            parts[0] += law.antiderivative()(u)
+        parts[1] = 0.5 * float(kappa or 0) * self.g(u) * g_second
+        return parts
 
 
 def contact_flux(n: float, strength: float, dispersion: float) -> Flux:

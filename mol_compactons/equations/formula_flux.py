@@ -49,8 +49,8 @@ class FormulaFlux(DispersiveFlux):
         for index, out in enumerate((b, g, a)):
             out[:] = self._program.slopes(values, index).get(self._variable, 0.0)
 
-    def energy_density(self, u: Array, g_second: Array) -> Array:
-        """A(u) + (kappa / 2) g g_xx, shape (N,), with A' = a: after integration by parts the density whose variation is F.
+    def energy_parts(self, u: Array, g_second: Array) -> Array:
+        """A(u) and (kappa / 2) g g_xx, shape (2, N), with A' = a; the density whose variation is F is their sum.
 
         A is an integral over 32 Gauss points in the fourth root of the distance from the background, exact to round-off for
         polynomials and for powers by quarters.
@@ -69,7 +69,7 @@ class FormulaFlux(DispersiveFlux):
         values = self._convective.evaluate(along.size, {self._variable: along.ravel()})
         a = values[self._convective.outputs[0]].reshape(along.shape)
         potential = distance * ((2 * weights * roots**3) @ a)
-        return np.asarray(potential + 0.5 * float(self.variational_constant or 0) * self.g_values(u) * g_second)
+        return np.array([potential, 0.5 * float(self.variational_constant or 0) * self.g_values(u) * g_second])
 
     def g_values(self, u: Array) -> Array:
         """The values g(u), shape (N,)."""

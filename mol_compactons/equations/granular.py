@@ -77,12 +77,8 @@ class GranularCompacton(Equation):
         """C = 2 M^(n-1) / (n+1)."""
         return float(2 * height ** (self.n - 1) / (self.n + 1))
 
-    def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
-        """Mass, momentum Q and energy H of a state of shape (1, N), as sums over the grid; nondimensional."""
+    def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
+        """Those of mass, momentum Q and energy H, of a state of shape (1, N)."""
         (u,) = state
-        energy = self.dispersive_flux.energy_density(u, second_difference(self.dispersive_flux.g(u)))
-        return {
-            "mass": spacing * float(u.sum()),
-            "momentum": 0.5 * spacing * float(u @ u),
-            "energy": -spacing * float(energy.sum()),
-        }
+        flux = self.dispersive_flux
+        return {"mass": u, "momentum": 0.5 * u * u, "energy": -flux.energy_parts(u, second_difference(flux.g(u)))}

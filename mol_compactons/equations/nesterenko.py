@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
+import numpy as np
+
 from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, compacton_height
 from mol_compactons.equations.flux import Flux, PowerLaw, contact_flux
 from mol_compactons.errors import require
@@ -136,12 +138,8 @@ class Nesterenko(Equation):
         dispersive = 1 - (self.grain_distance * wavenumber) ** 2 / 12
         return float(wavenumber**2 * (stiffness * dispersive + self.sound_speed**2))
 
-    def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
-        """Mass, momentum and energy of a state of shape (2, N), as sums over the grid; nondimensional."""
+    def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
+        """Those of mass, momentum and energy, of a state of shape (2, N)."""
         stress, velocity = state
-        energy = self.dispersive_flux.energy_density(stress, second_difference(self.dispersive_flux.g(stress)))
-        return {
-            "mass": spacing * float(stress.sum()),
-            "momentum": spacing * float(velocity.sum()),
-            "energy": spacing * float(0.5 * velocity @ velocity + energy.sum()),
-        }
+        stored = self.dispersive_flux.energy_parts(stress, second_difference(self.dispersive_flux.g(stress)))
+        return super().densities(state, second_difference) | {"energy": np.array([*stored, 0.5 * velocity**2])}

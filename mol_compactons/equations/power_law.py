@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+import numpy as np
+
 from mol_compactons.equations.base import Array, Equation, SecondDifference
 from mol_compactons.equations.flux import Flux, PowerLaw
 from mol_compactons.errors import require
@@ -58,10 +60,10 @@ class PowerLawEquation(Equation):
         """The flux."""
         return Flux((self.a,), self.b, self.g)
 
-    def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
-        """Mass, and momentum and energy where they are conserved, as sums over the grid; nondimensional."""
-        u, result = state[0], super().invariants(state, spacing, second_difference)
-        if self.dispersive_flux.variational_constant is not None:
-            energy = float(self.dispersive_flux.energy_density(u, second_difference(self.dispersive_flux.g(u))).sum())
-            result["energy"] = spacing * (energy + 0.5 * float(state[1] @ state[1]) if self.two_way else -energy)
+    def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
+        """Those of mass, and of momentum and energy where they are conserved."""
+        result, flux = super().densities(state, second_difference), self.dispersive_flux
+        if flux.variational_constant is not None:
+            stored = flux.energy_parts(state[0], second_difference(flux.g(state[0])))
+            result["energy"] = np.array([*stored, 0.5 * state[1] ** 2]) if self.two_way else -stored
         return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -115,8 +115,8 @@ class Layout:
         The global attributes.
     """
 
-    fields: dict[str, dict[str, str]]
-    series: dict[str, dict[str, str]]
+    fields: dict[str, dict[str, Any]]
+    series: dict[str, dict[str, Any]]
     space: str
     coordinates: NDArray[np.float64]
     coordinate_attributes: dict[str, Any]
@@ -129,17 +129,23 @@ def describe(name: str) -> dict[str, str]:
     return {"long_name": LONG_NAMES[name], "units": "1"}
 
 
-def layout_of(simulation: Simulation, conserved: Sequence[str], diagnostics: Sequence[str]) -> Layout:
-    """The layout of the result of a simulation, from the names of its numbers along t."""
+def layout_of(
+    simulation: Simulation, conserved: Sequence[str], diagnostics: Sequence[str], magnitudes: Mapping[str, float] | None = None
+) -> Layout:
+    """The layout of the result of a simulation, from the names of its numbers along t and magnitudes of the conserved ones.
+
+    A magnitude, the sum of the sizes of what the first value is a sum of, becomes the attribute ``magnitude``.
+    """
     own = simulation.equation.long_names
 
-    def described(name: str, role: str) -> dict[str, str]:
+    def described(name: str, role: str) -> dict[str, Any]:
         return {"long_name": own.get(name) or LONG_NAMES.get(name, name), "units": "1", "role": role}
 
     grid = simulation.grid
+    sizes = {name: {"magnitude": magnitude} for name, magnitude in (magnitudes or {}).items()}
     return Layout(
         fields={name: described(name, FIELD) for name in simulation.equation.variables},
-        series={name: described(name, CONSERVED) for name in conserved}
+        series={name: described(name, CONSERVED) | sizes.get(name, {}) for name in conserved}
         | {name: described(name, DIAGNOSTIC) for name in diagnostics},
         space=grid.dimension,
         coordinates=grid.coordinates,

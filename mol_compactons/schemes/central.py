@@ -102,6 +102,7 @@ class CentralScheme(ViscousScheme):
             reach=kernel.reach,
             rhs=kernel.rhs,
             invariants=lambda state: equation.invariants(state, grid.spacing, second),
+            magnitudes=lambda state: equation.magnitudes(state, grid.spacing, second),
             diagnostics=lambda state: equation.diagnostics(state, grid.spacing),
             damping=kernel.damping.fastest,
             explicit_time=equation.depends_on_time,

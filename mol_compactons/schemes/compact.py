@@ -119,13 +119,15 @@ class CompactScheme(ViscousScheme):
             f"grid.size = {grid.size} is too small: the compact scheme couples {2 * reach + 1} neighbours; choose at "
             f"least {2 * reach + 1} points.",
         )
+        bend = partial(second.apply, spacing=grid.spacing)
         return SemiDiscretization(
             size=grid.size,
             components=len(equation.variables),
             reach=reach,
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
-            invariants=lambda state: equation.invariants(state, grid.spacing, partial(second.apply, spacing=grid.spacing)),
+            invariants=lambda state: equation.invariants(state, grid.spacing, bend),
+            magnitudes=lambda state: equation.magnitudes(state, grid.spacing, bend),
             diagnostics=lambda state: equation.diagnostics(state, grid.spacing),
             mass=np.array(stencils.COMPACT_MASS.coefficients),
             damping=damping.fastest,

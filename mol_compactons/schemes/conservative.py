@@ -123,13 +123,15 @@ class ConservativeScheme(ViscousScheme):
             kernel = RosenauHymanKernel(equation, grid.size, grid.spacing, weights, damping)
         else:
             kernel = _ConservativeKernel(equation.n, grid.size, grid.spacing, weights, damping)
+        bend = partial(second.apply, spacing=grid.spacing)
         return SemiDiscretization(
             size=grid.size,
             components=1,
             reach=reach,
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
-            invariants=lambda state: equation.invariants(state, grid.spacing, partial(second.apply, spacing=grid.spacing)),
+            invariants=lambda state: equation.invariants(state, grid.spacing, bend),
+            magnitudes=lambda state: equation.magnitudes(state, grid.spacing, bend),
             damping=damping.fastest,
         )
 

@@ -111,6 +111,7 @@ class FourierScheme(ViscousScheme):
             rhs=kernel.rhs,
             jacobian=companion.jacobian,
             invariants=lambda state: equation.invariants(state, grid.spacing, kernel.second_difference),
+            magnitudes=lambda state: equation.magnitudes(state, grid.spacing, kernel.second_difference),
             damping=float(kernel.decay[-1]),
             jacobian_vector=kernel.jacobian_vector,
             companion=companion,
