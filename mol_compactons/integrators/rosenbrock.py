@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, no_report
 from mol_compactons.integrators.linear.newton import BandedMatrix
+from mol_compactons.integrators.scales import ABSOLUTE_SHARE, component_scales
 from mol_compactons.integrators.sundials import CVODE
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -140,9 +141,9 @@ class Rosenbrock(Integrator):
     Parameters
     ----------
     rtol : float
-        Relative tolerance of the local error, in the root mean square.
+        Relative tolerance of the local error, in the root mean square over the part of the grid that the state occupies.
     atol : float or None
-        Absolute tolerance; None for rtol / 100.
+        Absolute tolerance; None for rtol / 100 times the largest value of each component.
     max_step : float or None
         Largest step, nondimensional time.
     max_steps : int
@@ -207,6 +208,9 @@ class RosenbrockIntegration:
         self._last_step = 0.0
         self._state = state.copy()
         self._before = state.copy()
+        scales = component_scales(system, state, t_end)
+        atol = settings.atol
+        self._atol = np.full(len(state), atol) if atol is not None else ABSOLUTE_SHARE * settings.rtol * scales
         self._stages = np.zeros((STAGES, *state.shape))
         self._argument, self._slope, self._rate, self._product = np.empty((4, *state.shape))
 
@@ -238,7 +242,6 @@ class RosenbrockIntegration:
         settings = self._settings
         self._matrix.linearize(self._t, self._state)
         self.counters.jacobians += 1
-        atol = settings.atol if settings.atol is not None else settings.rtol / 100
         while True:
             step = self._step
             if step < SMALLEST_STEP * self._t_end:
@@ -251,7 +254,7 @@ class RosenbrockIntegration:
             if self._matrix.factor_linearized(GAMMA * step):
                 self._compute_stages(step)
                 np.add(self._argument, self._stages[-1], out=self._argument)
-                error = _error(self._stages[-1], self._state, self._argument, settings.rtol, atol)
+                error = _error(self._stages[-1], self._state, self._argument, settings.rtol, self._atol)
             growth = CAUTION * max(error, 1e-10) ** (-1 / ORDER) if np.isfinite(error) else SMALLEST_GROWTH
             self._step = min(step * min(max(growth, SMALLEST_GROWTH), LARGEST_GROWTH), settings.max_step or np.inf)
             if error <= 1:
@@ -327,11 +330,20 @@ def _complete_with_mass(rate: Array, mass: Array, slope: Array, product: Array, 
 
 
 @compiled
-def _error(difference: Array, old: Array, new: Array, rtol: float, atol: float) -> float:
-    """The root mean square of the error relative to the tolerances."""
-    total = 0.0
+def _error(difference: Array, old: Array, new: Array, rtol: float, atol: Array) -> float:
+    """The root mean square of the error relative to the tolerances, over as many cells as the new state occupies.
+
+    These are, for each component, the sum of its squares divided by the largest of them; the larger of two components counts.
+    """
+    worst = 0.0
     for row in range(old.shape[0]):
+        total, squares, largest = 0.0, 0.0, 0.0
         for j in range(old.shape[1]):
-            scale = atol + rtol * max(abs(old[row, j]), abs(new[row, j]))
+            scale = atol[row] + rtol * max(abs(old[row, j]), abs(new[row, j]))
             total += (difference[row, j] / scale) ** 2
-    return float(np.sqrt(total / old.size))
+            square = new[row, j] * new[row, j]
+            squares += square
+            largest = max(largest, square)
+        occupied = squares / largest if largest > 0.0 and squares < np.inf else 1.0
+        worst = max(worst, total / occupied) if total == total else np.inf
+    return float(np.sqrt(worst))

@@ -22,12 +22,16 @@ from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, no_report
 from mol_compactons.integrators.flags import CURES, SETTINGS
 from mol_compactons.integrators.linear.newton import KRYLOV_DIMENSION, KrylovCallbacks
+from mol_compactons.integrators.scales import ABSOLUTE_SHARE, component_scales, occupied_share
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
 
 Own = TypeVar("Own", bound="_BackwardDifferences")
+
+SMALLEST_TOLERANCE = 1e-15
+"""The smallest relative tolerance that SUNDIALS takes."""
 
 HIGHEST_ORDER = {"BDF": 5, "Adams": 12}
 
@@ -86,9 +90,11 @@ class IDA(_BackwardDifferences):
     Parameters
     ----------
     rtol : float
-        Relative tolerance of the local error.
+        Relative tolerance of the local error, in the root mean square over the part of the grid that the initial state
+        occupies, so that it means the same in a longer box.
     atol : float or None
-        Absolute tolerance; None for rtol / 100.
+        Absolute tolerance; None for rtol / 100 times the largest value of each component, so that it means the same for small
+        waves.
     linear_solver : {"band", "sparse", "krylov"}
         "band": folded band LU with SUNDIALS' own difference quotients; "sparse": SuperLU_MT with the analytic Jacobian, which
         keeps linear invariants to round-off; "krylov" (CVODE only): preconditioned GMRES, for schemes without a banded
@@ -231,9 +237,12 @@ class SundialsIntegration:
         from sksundae import cvode, ida
 
         settings, system = self._settings, self._system
+        # The norm of SUNDIALS is a mean over the grid, which would allow the more of an error the emptier the grid is.
+        dilution = math.sqrt(occupied_share(state))
+        rtol = max(dilution * settings.rtol, SMALLEST_TOLERANCE)
         options: dict[str, Any] = {
-            "rtol": settings.rtol,
-            "atol": settings.atol if settings.atol is not None else settings.rtol / 100,
+            "rtol": rtol,
+            "atol": self._absolute_tolerances(state, rtol) if settings.atol is None else dilution * settings.atol,
             "linsolver": settings.linear_solver,
             "max_order": settings.max_order or self._default_order(state),
             "max_step": settings.max_step or 0.0,
@@ -254,6 +263,11 @@ class SundialsIntegration:
             if self._name == "IDA":
                 return ida.IDA(self._residual, **options)
             return cvode.CVODE(self._right_hand_side, **options)
+
+    def _absolute_tolerances(self, state: Array, rtol: float) -> Array:
+        """For each unknown a share of rtol times the largest value of its component."""
+        scales = component_scales(self._system, state, self._t_end)
+        return self._system.fold(np.repeat(ABSOLUTE_SHARE * rtol * scales[:, None], self._system.size, axis=1))
 
     def _default_order(self, state: Array) -> int:
         if isinstance(self._settings, CVODE) and self._settings.method == "Adams":

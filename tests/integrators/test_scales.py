@@ -1,0 +1,137 @@
+"""W -> r W, t -> r^(1-n) t maps runs to runs: nothing depends on the size of a wave or of the box, whatever the integrator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mol_compactons import (
+    CVODE,
+    IDA,
+    Compacton,
+    CompactScheme,
+    ConservativeScheme,
+    GranularChain,
+    GranularCompacton,
+    Grid,
+    Impact,
+    Lattice,
+    Midpoint,
+    Nesterenko,
+    PowerContact,
+    Rosenbrock,
+    Samples,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
+from mol_compactons.integrators.scales import component_scales, occupied_share
+from tests.systems import relative_error
+
+SPEEDS = (1e-6, 1e-3, 1e3, 1e6)
+
+
+def wave(speed: float, integrator: Any, n: float, scheme: Any) -> Simulation:
+    grid, start = Grid(40, 160), [Compacton(speed, 15)]
+    return Simulation(GranularCompacton(n), grid, start, t_end=6 / speed, scheme=scheme, frames=3, integrator=integrator)
+
+
+def error(simulation: Simulation) -> float:
+    exact = simulation.initial[0].values(simulation.equation, simulation.grid, simulation.t_end)
+    first = simulation.equation.variables[0]
+    return float(relative_error(run(simulation)[first].values[-1], exact[0]))
+
+
+@pytest.mark.parametrize("n", [1.5, 3])
+@pytest.mark.parametrize(
+    ("integrator", "scheme"),
+    [
+        (IDA(rtol=1e-4), ConservativeScheme(4)),
+        (IDA(rtol=1e-4, linear_solver="sparse"), CompactScheme("wide")),
+        (CVODE(rtol=1e-4), ConservativeScheme(4)),
+        (Rosenbrock(rtol=1e-3), ConservativeScheme(4)),
+        (Rosenbrock(rtol=1e-3), CompactScheme("wide")),
+    ],
+)
+def test_the_error_of_a_compacton_does_not_depend_on_its_speed(integrator: Any, scheme: Any, n: float) -> None:
+    expected = error(wave(1, integrator, n, scheme))
+    assert 1e-5 < expected < 0.1
+    for speed in SPEEDS:
+        assert error(wave(speed, integrator, n, scheme)) == pytest.approx(expected, rel=0.2)
+
+
+@pytest.mark.parametrize("power", [-6, 6])
+def test_the_midpoint_rule_is_scaled_with_its_step(power: int) -> None:
+    errors = [error(wave(c, Midpoint(step=0.1 / c), 2, ConservativeScheme(4))) for c in (1, 10.0**power)]
+    assert errors[1] == pytest.approx(errors[0], rel=1e-5)
+
+
+@pytest.mark.parametrize("integrator", [IDA(rtol=1e-5), CVODE(rtol=1e-5, method="Adams"), Rosenbrock(rtol=1e-4)])
+@pytest.mark.parametrize("n", [1.5, 3])
+def test_the_error_of_a_chain_does_not_depend_on_its_speed(integrator: Any, n: float) -> None:
+    def chain(speed: float) -> Simulation:
+        law, sites = PowerContact(n), Lattice(60)
+        return Simulation(
+            GranularChain(law), sites, [SolitaryWave(speed, 20)], t_end=10 / speed, frames=2, integrator=integrator
+        )
+
+    expected = error(chain(1))
+    assert 1e-8 < expected < 1e-2
+    for speed in SPEEDS:
+        assert error(chain(speed)) == pytest.approx(expected, rel=0.2)
+
+
+def test_a_chain_at_rest_and_one_that_is_struck_are_scaled_too() -> None:
+    """One component is zero at first; its size follows from the other. The exact symmetry gives the same numbers."""
+    chain = GranularChain(PowerContact(2), form="displacements", ends="free")
+    bent = np.append(0.3 * np.sin(np.arange(30)), np.zeros(30))
+    for start in (lambda r: Samples(r * bent), lambda r: Impact(r**1.5, grains=3)):
+        results = []
+        for r in (1.0, 1e4, 1e-4):
+            t_end = 8 / r**0.5
+            simulation = Simulation(chain, Lattice(30), [start(r)], t_end=t_end, frames=2, integrator=CVODE(rtol=1e-5))
+            exact = run(
+                Simulation(chain, Lattice(30), [start(r)], t_end=t_end, frames=2, integrator=Symplectic(t_end / 4000, 6))
+            )
+            results.append(relative_error(run(simulation).Q.values[-1], exact.Q.values[-1]))
+        assert 1e-7 < results[0] < 1e-2
+        assert results[1:] == pytest.approx(results[:1] * 2, rel=0.2)
+
+
+@pytest.mark.parametrize("integrator", [IDA(rtol=1e-5), CVODE(rtol=1e-5), Rosenbrock(rtol=1e-4)])
+def test_a_tolerance_means_the_same_in_a_longer_box(integrator: Any) -> None:
+    """The time error: against the same grid at a tight tolerance."""
+    errors = []
+    for length in (30, 240):
+        grid, start = Grid(length, 5 * length), [Compacton(1, 12)]
+        pair = [
+            run(Simulation(GranularCompacton(2), grid, start, 4, ConservativeScheme(4), 2, one)).W.values[-1]
+            for one in (integrator, Rosenbrock(rtol=1e-9))
+        ]
+        errors.append(relative_error(pair[0], pair[1]))
+    assert errors[0] / 2.5 < errors[1] < 1.25 * errors[0]
+
+
+@given(st.floats(-9, 9), st.sampled_from([1.5, 2, 3]))
+def test_scales_are_scaled(power: float, n: float) -> None:
+    r, t_end = 10**power, 7.0
+    system = CompactScheme().discretize(Nesterenko(n), Grid(30, 60))
+    rest = Compacton(1, 9).values(Nesterenko(n), Grid(30, 60)) * [[1.0], [0.0]]
+    one = component_scales(system, rest, t_end)
+    other = component_scales(system, rest * r, t_end * r ** ((1 - n) / 2))
+    assert (one > 0).all()
+    assert other == pytest.approx(one * [r, r ** ((n + 1) / 2)], rel=1e-9)
+
+
+def test_the_share_of_the_grid_that_is_occupied() -> None:
+    """The mean square of a cosine squared over its support is 3/8; an empty background counts for nothing."""
+    wave = Compacton(1, 15).values(GranularCompacton(2), Grid(30, 3000))
+    assert occupied_share(wave) == pytest.approx(3 / 8 * GranularCompacton(2).compacton(1).width / 30, rel=1e-4)
+    assert occupied_share(np.ones((2, 9))) == 1
+    assert occupied_share(np.zeros((2, 9))) == 1
+    assert occupied_share(np.array([[0.0, 4, 0, 0], [1.0, 1, 0, 0]])) == 0.5
