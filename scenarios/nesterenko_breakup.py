@@ -57,7 +57,7 @@ chain = Simulation(
 
 def breakup(points_per_grain: int) -> tuple[float, float]:
     """When the compacton is 10 % off, and how fast the deviation grows on the way from 1 % to 10 %."""
-    t_end = 16.0 / points_per_grain**2
+    t_end = 24.0 / points_per_grain**2
     grid = Grid(length=LENGTH, size=points_per_grain * LENGTH)
     try:
         dataset = run(replace(simulation, grid=grid, t_end=t_end, frames=801))
