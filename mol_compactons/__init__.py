@@ -35,16 +35,16 @@ from mol_compactons.equations import (
     PowerLawEquation,
     RosenauHyman,
 )
-from mol_compactons.errors import InputError, IntegrationError
+from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Integrator, Midpoint, Rosenbrock, Symplectic
+from mol_compactons.integrators import CVODE, IDA, Counters, Integrator, Midpoint, Rosenbrock, Symplectic
 from mol_compactons.results import open_result, open_study
 from mol_compactons.running import run
 from mol_compactons.schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, Scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import Family, converge, judge
-from mol_compactons.waves import Compacton, Formula, PeriodicWave, Ripple, Samples, Uniform, Wave
+from mol_compactons.waves import Compacton, Formula, LocalizedWave, PeriodicWave, Ripple, Samples, Uniform, Wave
 
 __version__ = version("mol_compactons")
 
@@ -56,6 +56,7 @@ __all__ = [
     "Compacton",
     "ConservativeScheme",
     "ContactLaw",
+    "Counters",
     "CustomEquation",
     "Equation",
     "Family",
@@ -69,6 +70,7 @@ __all__ = [
     "IntegrationError",
     "Integrator",
     "Lattice",
+    "LocalizedWave",
     "Midpoint",
     "NearestNeighbours",
     "Nesterenko",
@@ -99,6 +101,7 @@ __all__ = [
     "judge",
     "open_result",
     "open_study",
+    "require",
     "run",
     "solitary_profile",
     "track",

@@ -15,6 +15,14 @@ from mol_compactons.open_set import find, loaded
 
 T = TypeVar("T")
 
+Importer = Callable[[str], None]
+"""Imports a module by its name."""
+
+
+def _nothing(module: str) -> None:
+    """An `Importer` that imports nothing."""
+
+
 _OUTSIDE_CLASS = re.compile(r"""("[^"]*"|'[^']*')|\b([A-Za-z_][\w.]*):([A-Za-z_]\w*)""")
 """Quoted texts, which stay as they are, and "module:Class"."""
 
@@ -26,7 +34,7 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 }
 
 
-def assign(instance: T, changes: dict[str, str]) -> T:
+def assign(instance: T, changes: dict[str, str], importing: Importer = _nothing) -> T:
     """A copy of a dataclass in which the fields at some dotted paths have new values, changed in order and checked at the end.
 
     Parameters
@@ -36,6 +44,9 @@ def assign(instance: T, changes: dict[str, str]) -> T:
     changes : dict of str to str
         Path and value, for example ``{"grid.size": "1200", "initial.0.speed": "1/4"}``. A value is a number, a word, a list,
         a mapping, or a class with its arguments: ``IDA(rtol=1e-8)``, ``mine:LogKdV()``.
+
+    importing : callable, optional
+        Called with the module of each class that a value names as "module:Class", before the class is looked for.
 
     Raises
     ------
@@ -47,7 +58,7 @@ def assign(instance: T, changes: dict[str, str]) -> T:
         known = list(_paths(type(instance), tree))
         if path not in known:
             raise InputError(f"{path!r} is not a field of {type(instance).__name__}; {did_you_mean(path, known)}")
-        _replace(type(instance), tree, path.split("."), text)
+        _replace(type(instance), tree, path.split("."), text, importing)
     return typing.cast(T, decode(type(instance), tree))
 
 
@@ -81,13 +92,17 @@ def _paths(hint: Any, branch: Any, prefix: str = "") -> Iterator[str]:
         yield from _paths(inner, _below(branch, part), f"{prefix}{part}.")
 
 
-def _replace(hint: Any, branch: Any, parts: list[str], text: str) -> None:
+def _replace(hint: Any, branch: Any, parts: list[str], text: str, importing: Importer) -> None:
     """Put the value of `text` into an encoded tree, in place."""
     part, *rest = parts
     inner = _branches(hint, branch)[part]
     if rest:
-        _replace(inner, _below(branch, part), rest, text)
+        _replace(inner, _below(branch, part), rest, text, importing)
     else:
+        if inner is not str:
+            for module in modules_named(text):
+                importing(module)
+
         branch[int(part) if isinstance(branch, list) else part] = _parse(inner, text)
 
 
@@ -112,9 +127,12 @@ def _class_named(hint: Any, node: ast.expr) -> tuple[str, type] | None:
         return f"{module}:{cls}", find(bases, f"{module}:{cls}", describe(hint))
     if isinstance(node, ast.Name):
         known: dict[str, type] = {name: cls for base in bases for name, cls in loaded(base).items()}
-        for name, cls_found in known.items():
-            if node.id in (name, cls_found.__name__):
-                return name, cls_found
+        named = {name: cls for name, cls in known.items() if node.id in (name, cls.__name__)}
+        if len(named) > 1 and node.id not in named:
+            raise InputError(f"{node.id} may be {' or '.join(named)}; write which.")
+        for name, found in named.items():
+            if name == node.id or node.id not in named:
+                return name, found
     return None
 
 

@@ -145,6 +145,25 @@ def _fit(hint: Any, value: Any) -> Any:
     raise TypeError
 
 
+@functools.cache
+def _is_storable(hint: Any) -> bool:
+    """Whether what a hint allows can be written as JSON and read again."""
+    if hint in (float, int, bool, str, type(None)) or typing.get_origin(hint) is Literal:
+        return True
+    inner = item_hint(hint) or value_hint(hint)
+    if inner is not None:
+        return _is_storable(inner)
+    members = alternatives(hint)
+    if len(members) > 1:
+        return all(_is_storable(member) for member in members)
+    return isinstance(hint, type) and (dataclasses.is_dataclass(hint) or issubclass(hint, Settings))
+
+
+def _is_frozen(instance: Any) -> bool:
+    parameters = vars(type(instance)).get("__dataclass_params__")
+    return bool(parameters is not None and parameters.frozen)
+
+
 def _coerce(hint: Any, value: Any) -> Any:
     for alternative in alternatives(hint):
         try:
@@ -174,6 +193,11 @@ def check(instance: Any) -> None:
     # Of `type(instance)` the type checker does not believe that it can be hashed.
     for field, hint in hints_of(instance.__class__).items():
         value = getattr(instance, field)
+        if not _is_storable(hint):
+            raise InputError(
+                f"{name}.{field} has the type {hint}, which cannot be stored; use numbers, words, parts, tuple[float, ...] or "
+                "Mapping[str, float]."
+            )
         try:
             fitted = _coerce(hint, value)
         except TypeError:
@@ -181,9 +205,10 @@ def check(instance: Any) -> None:
         several = isinstance(fitted, tuple | FrozenMapping)
         members = tuple(fitted.values() if isinstance(fitted, FrozenMapping) else fitted if several else (fitted,))
         for member in members:
-            if isinstance(member, Settings) and not dataclasses.is_dataclass(member):
+            if isinstance(member, Settings) and not _is_frozen(member):
                 raise InputError(
-                    f"{type(member).__name__} is no dataclass and cannot be stored; write @dataclass(frozen=True) above it."
+                    f"{type(member).__name__} is no frozen dataclass and cannot be stored; write @dataclass(frozen=True) "
+                    "above it."
                 )
         if any(isinstance(number, float) and not math.isfinite(number) for number in members):
             shown = "a list with NaN or infinity in it" if several else value

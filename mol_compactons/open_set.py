@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from mol_compactons.errors import InputError
@@ -24,20 +26,39 @@ ENTRY_POINTS = "mol_compactons"
 def name_of(cls: type) -> str:
     """The name of a class in JSON and in ``--set``."""
     own = cls.__module__.partition(".")[0] == PACKAGE
-    return cls.__name__ if own else f"{cls.__module__}:{cls.__qualname__}"
+    return cls.__name__ if own else f"{module_of(cls)}:{cls.__qualname__}"
+
+
+def module_of(cls: type) -> str:
+    """The module of a class under the name by which it can be imported again: a script that is run is that of its file."""
+    if cls.__module__ != "__main__":
+        return cls.__module__
+    script = sys.modules["__main__"]
+    specification = getattr(script, "__spec__", None)
+    if specification is not None:
+        return str(specification.name)
+    file = getattr(script, "__file__", None)
+    return Path(file).stem if file else "__main__"
 
 
 def loaded(base: Callable[..., Part]) -> dict[str, type[Part]]:
-    """The concrete dataclasses among a class and its subclasses, by name; of two with one name the younger."""
+    """The concrete dataclasses among a class and its subclasses, by name; of two with one name that which its module holds."""
     found: dict[str, type[Part]] = {}
     if not isinstance(base, type):
         return found
     if dataclasses.is_dataclass(base) and not inspect.isabstract(base):
         found[name_of(base)] = cast("type[Part]", base)
     subclasses: list[type[Any]] = base.__subclasses__()
-    for cls in subclasses:
-        found |= loaded(cls)
+    for subclass in subclasses:
+        for name, cls in loaded(subclass).items():
+            if name not in found or _is_current(cls):
+                found[name] = cls
     return found
+
+
+def _is_current(cls: type) -> bool:
+    """Whether a class was not defined anew, as in a notebook: its module holds it, or nothing, under its name."""
+    return getattr(sys.modules.get(cls.__module__), cls.__name__, cls) is cls
 
 
 def find(bases: tuple[Any, ...], name: str, allowed: str) -> type:
@@ -78,8 +99,16 @@ def _load_announced(name: str) -> bool:
 
     module = name.partition(":")[0]
     found = [
-        entry for entry in entry_points(group=ENTRY_POINTS) if name in (entry.name, entry.value) or entry.module == module
+        entry
+        for entry in entry_points(group=ENTRY_POINTS)
+        if name in (entry.name, entry.value) or f"{module}.".startswith(f"{entry.module}.")
     ]
     for entry in found:
-        entry.load()
+        try:
+            entry.load()
+        except Exception as error:
+            raise InputError(
+                f"An installed package announces {entry.value} for mol_compactons, which cannot be imported "
+                f"({type(error).__name__}: {error}); repair or remove it."
+            ) from error
     return bool(found)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.errors import IntegrationError
+from mol_compactons.errors import IntegrationError, require
 from mol_compactons.integrators.base import Report, no_report
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
 from mol_compactons.results.schema import cost_attributes, layout_of
@@ -71,12 +71,12 @@ def run(
     system = simulation.discretize()
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
-    names = list(system.invariants(state)), list(system.diagnostics(state))
+    names = list(_numbers(system.invariants(state))), list(_numbers(system.diagnostics(state)))
     layout = layout_of(simulation, *names, system.magnitudes(state))
     recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, Path(path), overwrite)
 
     def record(t: float, state: NDArray[np.float64]) -> None:
-        recorder.append(t, state, system.invariants(state) | system.diagnostics(state))
+        recorder.append(t, state, _numbers(system.invariants(state) | system.diagnostics(state)))
 
     started = time.process_time()
     status, failure = "interrupted at t = 0", None
@@ -96,6 +96,13 @@ def run(
     if failure:
         raise IntegrationError(str(failure), failure.t, recorder.dataset())
     return recorder.dataset()
+
+
+def _numbers(values: dict[str, float]) -> dict[str, float]:
+    """What an equation, perhaps one of the user's own, gives along t, as numbers."""
+    for name, value in values.items():
+        require(np.ndim(value) == 0, f"{name} is an array of shape {np.shape(value)} along t; return one number for it.")
+    return {name: float(value) for name, value in values.items()}
 
 
 @contextmanager

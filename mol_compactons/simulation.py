@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.configuration import Settings, decode, encode
-from mol_compactons.equations.base import Equation
+from mol_compactons.equations.base import Equation, check_terms
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators.base import Integrator
@@ -23,6 +23,9 @@ from mol_compactons.stencils import difference, stencils_of
 from mol_compactons.waves.base import LocalizedWave, Wave, superpose
 
 VISCOSITY_NAMES = ("viscosity", "grid viscosity")
+
+TAKEN = {"x", "k", "t", "mass", "momentum", "energy"}
+"""What else a result holds, so that no variable may be called so."""
 
 LONGEST_FIELD = 40
 """How much of a field a headline shows."""
@@ -86,6 +89,10 @@ class Simulation(Settings):
     title: str = ""
 
     def __post_init__(self) -> None:
+        if isinstance(self.equation, Equation) and isinstance(self.grid, Grid):
+            self._check_variables()
+            if self.equation.has_local_flux and self.grid.size >= SMALLEST_FOR_SPEED:
+                check_terms(self.equation, self.grid)
         if self.scheme is None and isinstance(self.equation, Equation):
             object.__setattr__(self, "scheme", self._best_scheme())
         super().__post_init__()
@@ -96,6 +103,20 @@ class Simulation(Settings):
         )
         self.integrator.check_system(self.discretize())
         self.initial_state()
+
+    def _check_variables(self) -> None:
+        """An equation of the user's own may call its variables anything."""
+        names, kind = self.equation.variables, type(self.equation).__name__
+        allowed = isinstance(names, tuple) and all(isinstance(name, str) and name.isidentifier() for name in names)
+        require(
+            allowed and len(set(names)) == len(names) and not set(names) & TAKEN,
+            f"{kind}.variables = {names!r} must be a tuple of different names, none of them {', '.join(sorted(TAKEN))}.",
+        )
+        count = 2 if self.equation.two_way else 1
+        require(
+            len(names) == count or not self.equation.has_local_flux,
+            f"{kind}.variables = {names!r} must be {count} for an equation with two_way = {self.equation.two_way}.",
+        )
 
     def _best_scheme(self) -> Scheme:
         waves = self.initial if isinstance(self.initial, Sequence) else [None]

@@ -108,7 +108,7 @@ def test_a_part_that_is_no_dataclass_cannot_be_stored() -> None:
             return np.zeros((1, grid.size))
 
     with pytest.raises(
-        InputError, match=r"Bare is no dataclass and cannot be stored; write @dataclass\(frozen=True\) above it"
+        InputError, match=r"Bare is no frozen dataclass and cannot be stored; write @dataclass\(frozen=True\) above it"
     ):
         replace(one_compacton(), initial=[Bare()])
     assert replace(one_compacton(), initial=[Uniform(0.0)]).initial == (Uniform(0.0),)

@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from mol_compactons import Grid, InputError
+from mol_compactons import Grid, InputError, Lattice
+from mol_compactons.grid import ring_distance
 
 
 def test_points_exclude_the_right_end() -> None:
@@ -28,3 +31,20 @@ def test_wavenumbers_belong_to_the_real_transform() -> None:
 def test_bad_input_is_named(length: float, size: int, words: str) -> None:
     with pytest.raises(InputError, match=words):
         Grid(length=length, size=size)
+
+
+@given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.floats(0.1, 100))
+def test_the_distance_on_a_ring_is_the_shorter_way_with_its_sign(point: float, center: float, length: float) -> None:
+    distance = float(ring_distance(np.array(point), center, length))
+    assert -length / 2 <= distance <= length / 2
+    rounds = (point - center - distance) / length
+    assert rounds == pytest.approx(round(rounds), abs=1e-9 * (1 + 1e3 / length))
+
+
+def test_the_sites_of_a_lattice_are_numbered_and_one_apart() -> None:
+    lattice = Lattice(size=5)
+    assert lattice.coordinates.tolist() == [0, 1, 2, 3, 4]
+    assert (lattice.length, lattice.spacing) == (5, 1)
+    assert lattice.offset(4.5).tolist() == [0.5, 1.5, -2.5, -1.5, -0.5]
+    with pytest.raises(InputError, match=r"grid\.size = 2 must lie between 3 and"):
+        Lattice(2)

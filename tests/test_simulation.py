@@ -1,10 +1,8 @@
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,33 +69,12 @@ def test_initial_data_that_are_not_finite_are_refused(bad: float) -> None:
         replace(one_compacton(), initial=[Samples((bad,) * 150)])
 
 
-def test_a_run_in_memory_and_one_on_disk_are_the_same(tmp_path: Path) -> None:
-    simulation = one_compacton()
-    memory = run(simulation)
-    with run(simulation, tmp_path / "result.nc") as disk:
-        xr.testing.assert_equal(memory, disk.load())
-        assert set(memory.attrs) == set(disk.attrs)
-
-
-def test_a_result_is_a_scenario_and_repeats_itself_bit_for_bit(tmp_path: Path) -> None:
-    with run(one_compacton(), tmp_path / "first.nc") as first:
-        again = run(Simulation.from_json(first.attrs["simulation"]))
-        xr.testing.assert_identical(again.drop_attrs(), first.load().drop_attrs())
-
-
 def test_the_paper_single_compacton_with_little_viscosity() -> None:
     """N = 600, t = 14: the error is below 5e-3 once the viscosity is no more than the grid needs."""
     simulation = one_compacton(size=600, t_end=14, second_difference="nearest", viscosity=1e-5)
     final = run(simulation).W.values[-1]
     exact = simulation.initial[0].values(simulation.equation, simulation.grid, 14)[0]
     assert relative_error(final, exact) == pytest.approx(1.43e-3, rel=0.1)
-
-
-def test_the_report_ends_at_the_end() -> None:
-    times: list[float] = []
-    run(one_compacton(), report=times.append)
-    assert times == sorted(times)
-    assert times[-1] == 1.0
 
 
 def test_the_default_scheme_is_the_best_one_for_the_granular_equation() -> None:

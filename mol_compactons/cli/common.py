@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mol_compactons.assignment import assign, modules_named
+from mol_compactons.assignment import assign
 from mol_compactons.cli.scenarios import import_module, load
 from mol_compactons.errors import InputError
 from mol_compactons.integrators.base import Report, no_report
@@ -44,10 +44,9 @@ def add_import(parser: argparse.ArgumentParser) -> None:
 
 def simulation_of(options: argparse.Namespace) -> Simulation:
     """The simulation that a command was asked for, with its changes."""
-    changes = assignments(options.changes)
-    for module in [*options.imports, *(module for text in changes.values() for module in modules_named(text))]:
+    for module in options.imports:
         import_module(module)
-    return assign(load(options.scenario), changes)
+    return assign(load(options.scenario), assignments(options.changes), import_module)
 
 
 def assignments(changes: list[str]) -> dict[str, str]:

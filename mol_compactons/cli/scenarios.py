@@ -6,6 +6,9 @@ import ast
 import importlib
 import importlib.util
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
@@ -13,6 +16,11 @@ from mol_compactons.configuration import did_you_mean
 from mol_compactons.errors import InputError, require
 from mol_compactons.results.netcdf import open_result
 from mol_compactons.simulation import Simulation
+
+SCRIPT_MARK = "__scenario_script__"
+"""What marks the module of a script that was run here, which another script of the same name may replace."""
+
+_PATH_LOCK = threading.RLock()
 
 
 def folder() -> Path:
@@ -52,7 +60,7 @@ def load(target: str) -> Simulation:
     if not path.is_file():
         raise InputError(f"There is no scenario {target!r}; {did_you_mean(Path(target).stem, list(listing()))}")
     require(path.suffix == ".py", f"{path} is neither a script (.py) nor a result (.nc); give one of these.")
-    simulation = getattr(_run_as_module(path, path.stem), "simulation", None)
+    simulation = getattr(run_as_module(path, path.stem), "simulation", None)
     if not isinstance(simulation, Simulation):
         raise InputError(f"{path} does not define a Simulation under the name 'simulation'; add one.")
     return simulation
@@ -77,12 +85,15 @@ def import_module(name: str) -> None:
     InputError
         If there is no such module, or it cannot be run.
     """
-    path = Path(name) if name.endswith(".py") else Path(*name.split(".")).with_suffix(".py")
-    if path.is_file() and (path.stem if name.endswith(".py") else name) not in sys.modules:
-        _run_as_module(path, path.stem if name.endswith(".py") else name)
+    if name.endswith(".py"):
+        path = Path(name)
+        require(path.is_file(), f"There is no file {name}; give the path of one, or the name of a module.")
+        if not _is_loaded_from(path, path.stem):
+            run_as_module(path, path.stem)
         return
     try:
-        importlib.import_module(name)
+        with _looking_in(Path.cwd()):
+            importlib.import_module(name)
     except ModuleNotFoundError as error:
         if error.name and name.startswith(error.name):
             raise InputError(
@@ -93,23 +104,50 @@ def import_module(name: str) -> None:
         raise InputError(f"The module {name} could not be imported ({type(error).__name__}: {error}); correct it.") from error
 
 
-def _run_as_module(path: Path, name: str) -> ModuleType:
+def _is_loaded_from(path: Path, name: str) -> bool:
+    file = getattr(sys.modules.get(name), "__file__", None)
+    return file is not None and Path(file).resolve() == path.resolve()
+
+
+def run_as_module(path: Path, name: str) -> ModuleType:
     """Run a script as the module of its name, so that the classes that it defines are found again by that name.
 
-    A module of the same name that is loaded from elsewhere is not replaced.
+    Raises
+    ------
+    InputError
+        If another module of that name is loaded, or the script fails.
     """
-    specification = importlib.util.spec_from_file_location(name, path)
+    before = sys.modules.get(name)
+    require(
+        before is None or _is_loaded_from(path, name) or getattr(before, SCRIPT_MARK, False),
+        f"{path} cannot be run: another module of the name {name} is loaded; rename the file.",
+    )
+    specification = importlib.util.spec_from_file_location(name, path.resolve())
     assert specification is not None
     assert specification.loader is not None
     module = importlib.util.module_from_spec(specification)
-    loaded = sys.modules.get(name)
-    ours = loaded is None or getattr(loaded, "__file__", None) == str(path)
-    if ours:
-        sys.modules[name] = module
+    setattr(module, SCRIPT_MARK, True)
+    sys.modules[name] = module
     try:
-        specification.loader.exec_module(module)
-    except InputError:
-        raise
-    except (Exception, SystemExit) as error:
+        with _looking_in(path.resolve().parent):
+            specification.loader.exec_module(module)
+    except BaseException as error:
+        if before is None:
+            del sys.modules[name]
+        else:
+            sys.modules[name] = before
+        if isinstance(error, InputError) or not isinstance(error, Exception | SystemExit):
+            raise
         raise InputError(f"{path} could not be run ({type(error).__name__}: {error}); correct the script.") from error
     return module
+
+
+@contextmanager
+def _looking_in(folder: Path) -> Iterator[None]:
+    """Modules are looked for in a folder too while inside, as where Python runs a script that stands there."""
+    with _PATH_LOCK:
+        sys.path.insert(0, str(folder))
+        try:
+            yield
+        finally:
+            sys.path.remove(str(folder))

@@ -6,6 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.configuration import Settings
 from mol_compactons.errors import InputError, require
+from mol_compactons.stencils import difference, stencils_of
 
 if TYPE_CHECKING:
     from mol_compactons.equations.flux import DispersiveFlux
@@ -168,7 +170,7 @@ class Equation(Settings):
 
         A density that has parts, like the potential and the kinetic energy, is an array of these, shape (parts, N).
         """
-        return dict(zip(("mass", "momentum"), state, strict=False))
+        return {} if self.has_source else dict(zip(("mass", "momentum"), state, strict=False))
 
     def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """The conserved quantities of a state, as sums of their densities over the grid."""
@@ -181,8 +183,25 @@ class Equation(Settings):
         return {name: spacing * float(np.abs(density).sum()) for name, density in densities.items()}
 
     def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
-        """What else is worth a number along t, though it is not conserved."""
-        return {}
+        """What else is worth a number along t, though it is not conserved: by default, with a source, Int u and Int v."""
+        sums = zip(("mass", "momentum"), state, strict=False) if self.has_source else ()
+        return {name: spacing * float(component.sum()) for name, component in sums}
+
+
+def check_terms(equation: Equation, grid: Grid) -> None:
+    """Refuse an equation, perhaps of the user's own, whose flux or source is no array of one real number for each point."""
+    x, derivative = grid.x, partial(difference, stencils_of(2, grid.spacing))
+    state = np.full((len(equation.variables), x.size), equation.background)
+    for name, term in (("local_flux", equation.local_flux), ("local_source", equation.local_source)):
+        with np.errstate(all="ignore"):
+            values: Any = term(0.0, x, state, derivative)
+        if values is None and name == "local_source":
+            continue
+        require(
+            isinstance(values, np.ndarray) and values.shape == x.shape and values.dtype.kind in "fiu",
+            f"{type(equation).__name__}.{name} returned {type(values).__name__} of shape {np.shape(values)}; return an array "
+            f"of real numbers of shape {x.shape}.",
+        )
 
 
 @dataclass(frozen=True)

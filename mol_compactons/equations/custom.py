@@ -180,10 +180,9 @@ class CustomEquation(Equation):
 
     def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
         """Those of what is conserved, of a state of shape (components, N)."""
-        integrals = super().densities(state, second_difference)
         if not self.source:
-            return integrals | self._energy(state, second_difference)
-        return {"mass": integrals["mass"]} if self.two_way else {}
+            return super().densities(state, second_difference) | self._energy(state, second_difference)
+        return {"mass": state[0]} if self.two_way else {}
 
     def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
         """With a source, the integrals that would be conserved without it."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mol_compactons.errors import require
 from mol_compactons.integrators.base import Counters
 from mol_compactons.waves.base import LocalizedWave
 
@@ -141,6 +142,11 @@ def layout_of(
     def described(name: str, role: str) -> dict[str, Any]:
         return {"long_name": own.get(name) or LONG_NAMES.get(name, name), "units": "1", "role": role}
 
+    for name in (*conserved, *diagnostics):
+        require(
+            name.isidentifier() and name not in simulation.equation.variables,
+            f"{type(simulation.equation).__name__} gives a number along t the name {name!r}; choose one that no variable has.",
+        )
     grid = simulation.grid
     sizes = {name: {"magnitude": magnitude} for name, magnitude in (magnitudes or {}).items()}
     return Layout(
@@ -192,7 +198,7 @@ def attributes(simulation: Simulation) -> dict[str, Any]:
         "institution": "not stated",
         "source": f"{source()}: numerical solution of {name}",
         "history": f"{now}: computed by mol_compactons {_version('mol_compactons')}",
-        "references": "; ".join(dict.fromkeys((simulation.equation.reference or REFERENCE, REFERENCE))),
+        "references": simulation.equation.reference or REFERENCE,
         "comment": "All quantities are nondimensional. The attribute simulation holds everything needed to repeat the run.",
         "format": FORMAT,
         "simulation": simulation.to_json(),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import Any, TypeVar, cast
 
 from mol_compactons.configuration import Settings
 from mol_compactons.equations.base import Equation
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.open_set import loaded
+from mol_compactons.open_set import loaded, name_of
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Own = TypeVar("Own", bound="Scheme")
@@ -47,7 +47,8 @@ class Scheme(Settings):
         speed : float
             The scale of the speeds in the initial data; a viscosity is proportional to it.
         """
-        return cls()
+        needed = [one for one in fields(cast(Any, cls)) if one.default is MISSING and one.default_factory is MISSING]
+        return None if needed else cls()
 
     @property
     def formal_order(self) -> float:
@@ -95,7 +96,7 @@ class Scheme(Settings):
         """The scheme in one word and its discrete choices, without its viscosity: "ConservativeScheme(order=4)"."""
         names = [field.name for field in fields(cast(Any, self)) if field.name not in self._unsaid]
         choices = [f"{name}={getattr(self, name)}" for name in names]
-        return f"{type(self).__name__}({', '.join(choices)})"
+        return f"{name_of(type(self))}({', '.join(choices)})"
 
     @property
     def _unsaid(self) -> set[str]:

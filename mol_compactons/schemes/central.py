@@ -105,7 +105,7 @@ class CentralScheme(ViscousScheme):
             magnitudes=lambda state: equation.magnitudes(state, grid.spacing, second),
             diagnostics=lambda state: equation.diagnostics(state, grid.spacing),
             damping=kernel.damping.fastest,
-            explicit_time=equation.depends_on_time,
+            explicit_time=equation.depends_on_time or feels_time(equation),
             **exact,
         )
 
@@ -174,6 +174,16 @@ def disperses_at_rest(equation: Equation) -> bool:
     return felt[1] > felt[0] / 2 > 0
 
 
+def feels_time(equation: Equation) -> bool:
+    """Whether the flux or the source differs between times, though the equation may not say so."""
+    x = np.arange(PROBE_CELLS) * 2 * np.pi / PROBE_CELLS
+    stencils = stencils_of(2, float(x[1]))
+    state = 1 + 0.3 * np.random.default_rng(0).random((len(equation.variables), x.size))
+    with np.errstate(all="ignore"):
+        terms = [_terms(equation, x, state, stencils, t) for t in (0.0, 0.3713, 5.19)]
+    return any(not np.array_equal(terms[0], other, equal_nan=True) for other in terms[1:])
+
+
 def is_odd(equation: Equation) -> bool:
     """Whether the flux of -u is that of u with the other sign."""
     x = np.arange(PROBE_CELLS) * 2 * np.pi / PROBE_CELLS
@@ -211,8 +221,8 @@ def measured_reach(equation: Equation, grid: Grid, stencils: Mapping[int, Array]
     return max(felt)
 
 
-def _terms(equation: Equation, x: Array, state: Array, stencils: Mapping[int, Array]) -> Array:
+def _terms(equation: Equation, x: Array, state: Array, stencils: Mapping[int, Array], t: float = 0.0) -> Array:
     """The flux and the source, shape (2, N)."""
     derivative = partial(difference, stencils)
-    source = equation.local_source(0.0, x, state, derivative)
-    return np.array([equation.local_flux(0.0, x, state, derivative), np.zeros(x.size) if source is None else source])
+    source = equation.local_source(t, x, state, derivative)
+    return np.array([equation.local_flux(t, x, state, derivative), np.zeros(x.size) if source is None else source])

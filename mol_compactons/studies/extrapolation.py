@@ -105,6 +105,8 @@ def _rate(parameters: Sequence[float], ratio: float) -> float:
     from scipy.optimize import brentq
 
     first, second, third = parameters
+    if not first > second > third:
+        return np.nan
     lowest, highest = 0.01, 20.0
 
     def mismatch(p: float) -> float:

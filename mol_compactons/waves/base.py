@@ -83,6 +83,19 @@ def superpose(waves: Sequence[Wave], equation: Equation, grid: Grid | Lattice) -
                     f"The waves at center = {other.center:g} and {wave.center:g} overlap: their centres are "
                     f"{distance:.4g} apart; put them at least {needed:.4g} apart."
                 )
-    state = np.asarray(sum(wave.values(equation, grid) for wave in waves))
+    state = np.asarray(sum(_checked(wave, equation, grid) for wave in waves))
     equation.check_state(state)
     return state
+
+
+def _checked(wave: Wave, equation: Equation, grid: Grid | Lattice) -> Array:
+    """The values of a wave, of which a class of the user's own may make anything."""
+    name, shape = type(wave).__name__, (len(equation.variables), grid.size)
+    values = np.asarray(wave.values(equation, grid))
+    require(
+        values.shape == shape and values.dtype.kind in "fiu",
+        f"{name}.values returned an array of shape {values.shape} and type {values.dtype}; return real numbers of shape "
+        f"{shape}.",
+    )
+    require(bool(np.isfinite(values).all()), f"{name}.values returned NaN or infinity; return finite numbers.")
+    return values.astype(np.float64, copy=False)

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -26,23 +24,8 @@ from mol_compactons import (
     Uniform,
     run,
 )
-from mol_compactons.analysis.collisions import first_collision
-from mol_compactons.analysis.peaks import peaks
 from mol_compactons.analysis.tracking import track
-
-GRID = Grid(length=60, size=600)
-
-
-def painted(n: float, flights: Sequence[tuple[Compacton, float, float]], t_end: float = 40, grid: Grid = GRID) -> xr.Dataset:
-    """A result made by hand: exact compactons that jump ahead by a shift at a moment, each (wave, moment, shift)."""
-    equation = GranularCompacton(n)
-    simulation = Simulation(equation=equation, grid=grid, initial=[wave for wave, _, _ in flights], t_end=t_end, frames=161)
-    frames = np.zeros((simulation.frames, grid.size))
-    for wave, moment, shift in flights:
-        for index, t in enumerate(simulation.times):
-            moved = Compacton(wave.speed, wave.center + (shift if t > moment else 0), wave.sign)
-            frames[index] += moved.values(equation, grid, t)[0]
-    return xr.Dataset({"W": (("t", "x"), frames)}, {"t": simulation.times, "x": grid.x}, {"simulation": simulation.to_json()})
+from tests.analysis.painted import GRID, painted
 
 
 @given(st.floats(1.3, 4), st.floats(0.3, 2), st.floats(-50, 50), st.sampled_from([1, -1]))
@@ -93,27 +76,6 @@ def test_positions_are_of_a_high_order() -> None:
     assert errors[1] < errors[0] / 12
 
 
-@pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (1, -1), (-1, 1)])
-def test_the_shift_of_a_collision_is_measured(signs: tuple[int, int]) -> None:
-    fast, slow = Compacton(1, 8, signs[0]), Compacton(0.25, 20, signs[1])
-    result = painted(3, [(fast, 16, 2.5), (slow, 16, -1.25)])
-    collision = first_collision(track(result))
-    assert collision.moment.values == pytest.approx([16, 16], abs=1e-3)
-    assert collision.phase_shift.values == pytest.approx([2.5, -1.25], abs=1e-3)
-    assert collision.speed_after.values == pytest.approx([1, 0.25], abs=1e-4)
-    assert collision.height_before.values == pytest.approx([signs[0] * np.sqrt(2), signs[1] * np.sqrt(0.5)], rel=1e-4)
-    assert collision.height_after.values == pytest.approx(collision.height_before.values, rel=1e-4)
-    assert float(collision.momentum_left) < 1e-20
-
-
-def test_a_collision_across_the_end_of_the_box() -> None:
-    flights = [(Compacton(1, 50), 16, 1.0), (Compacton(0.25, 62), 16, -0.5), (Compacton(0.25, 30, -1), 0, 0)]
-    collision = first_collision(track(painted(3, flights, t_end=32)))
-    assert collision.phase_shift.values[:2] == pytest.approx([1, -0.5], abs=1e-3)
-    assert collision.moment.values[:2] == pytest.approx([16, 16], abs=1e-3)
-    assert np.isnan(collision.phase_shift.values[2])
-
-
 def test_ripple_left_behind_is_counted() -> None:
     result = painted(3, [(Compacton(1, 8), 0, 0)])
     bump = 0.02 * np.exp(-((GRID.x - 55) ** 2))
@@ -121,27 +83,6 @@ def test_ripple_left_behind_is_counted() -> None:
     assert tracks.mass_left.values[:100] == pytest.approx(0.02 * np.sqrt(np.pi), rel=1e-6)
     assert tracks.momentum_left.values[:100] == pytest.approx(0.5 * 0.02**2 * np.sqrt(np.pi / 2), rel=1e-6)
     assert tracks.height_left.values[:100] == pytest.approx(0.02, rel=1e-3)
-
-
-def test_the_overtaking_of_the_paper() -> None:
-    """The taller bright wave comes out ahead of its free flight, the lower one behind it, and they keep their names."""
-    simulation = Simulation(
-        equation=GranularCompacton(3),
-        grid=Grid(length=60, size=600),
-        scheme=ConservativeScheme(4, grid_viscosity=0.1),
-        initial=[Compacton(1, 8), Compacton(0.25, 20)],
-        t_end=50,
-        frames=201,
-        integrator=CVODE(rtol=1e-4),
-    )
-    tracks = track(run(simulation))
-    collision = first_collision(tracks)
-    fast, slow = collision.phase_shift.values
-    assert fast == pytest.approx(2.65, abs=0.1)
-    assert slow == pytest.approx(-4.6, abs=0.2)
-    assert np.isnan(tracks.position.values).any()
-    assert collision.height_after.values == pytest.approx([1.41, 0.69], abs=0.03)
-    assert 0.001 < float(collision.momentum_left) < 0.03
 
 
 def test_without_compactons_the_peaks_of_the_first_frame_are_followed() -> None:
@@ -159,15 +100,6 @@ def test_without_compactons_the_peaks_of_the_first_frame_are_followed() -> None:
     assert np.abs(moved.values - tracks.t.values[:, None]).max() < 1e-4
 
 
-def test_without_free_flight_at_the_start_nothing_is_said_of_a_collision() -> None:
-    flights = [(Compacton(1, 8), 16, 2.5), (Compacton(0.25, 20), 16, -1.25)]
-    tracks = track(painted(3, flights))
-    tracks["isolated"][1:40] = False
-    collision = first_collision(tracks)
-    assert np.isnan(collision.height_before.values).all()
-    assert np.isnan(collision.phase_shift.values).all()
-
-
 def test_displacements_are_not_followed() -> None:
     chain = Simulation(
         equation=GranularChain(PowerContact(1.5), form="displacements", ends="free"),
@@ -182,24 +114,12 @@ def test_displacements_are_not_followed() -> None:
         track(run(chain))
 
 
-def test_what_is_no_result_and_what_is_no_track() -> None:
-    with pytest.raises(InputError, match="There is no field to follow waves in"):
-        track(xr.Dataset(attrs={"simulation": "{}"}))
-    with pytest.raises(InputError, match=r"There are no tracks; give what track\(\) returned"):
-        first_collision(painted(3, [(Compacton(1, 8), 0, 0)], t_end=1))
-
-
 def test_nothing_to_follow() -> None:
     simulation = Simulation(equation=GranularCompacton(3), grid=Grid(30, 60), initial=[Uniform(1.0)], t_end=1, frames=3)
     with pytest.raises(InputError, match="There is no wave to follow"):
         track(run(simulation))
 
 
-def test_peaks_at_the_ends_of_the_box() -> None:
-    lattice = Lattice(50)
-    for center in (0.0, 49.6, 0.3):
-        wave = np.exp(-(lattice.offset(center) ** 2) / 20)
-        positions, heights, widths = peaks(-wave, lattice, -1, 0.1)
-        assert positions % 50 == pytest.approx([center], abs=1e-3)
-        assert heights == pytest.approx([1], abs=1e-3)
-        assert widths == pytest.approx([2 * np.sqrt(20 * np.log(2))], rel=0.01)
+def test_what_is_no_result() -> None:
+    with pytest.raises(InputError, match="There is no field to follow waves in"):
+        track(xr.Dataset(attrs={"simulation": "{}"}))

@@ -7,52 +7,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons.cli import main
-
-ROOT = Path(__file__).parent.parent.parent
-QUICK = ["--set", "t_end=0.5", "--set", "frames=6", "--set", "grid.size=150"]
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
-def test_run_info_plot(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", str(ROOT / "scenarios" / "single_compacton.py"), "-o", "one.nc", *QUICK]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == ["wrote", "kept", "cost"]
-    assert lines[0] == "wrote one.nc: W(t, x), 6 frames on 150 points to t = 0.5, complete"
-    assert main(["info", "one.nc"]) == 0
-    assert "GranularCompacton(n=3)" in capsys.readouterr().out
-    assert main(["plot", "one.nc"]) == 0
-    assert Path("one.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_result_repeats_itself_bit_for_bit() -> None:
-    assert main(["run", "two_bright", "-o", "a.nc", "--quiet", *QUICK]) == 0
-    assert main(["run", "a.nc", "-o", "again.nc", "--quiet"]) == 0
-    with xr.open_dataset("a.nc") as first, xr.open_dataset("again.nc") as second:
-        xr.testing.assert_equal(first, second)
-        assert first.attrs["simulation"] == second.attrs["simulation"]
-
-
-def test_quiet_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "single_compacton", "--quiet", *QUICK]) == 0
-    printed = capfd.readouterr()
-    assert (printed.out, printed.err) == ("", "")
-    assert Path("single_compacton.nc").exists()
-
-
-def test_the_progress_bar_shows_simulated_time(capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "single_compacton", *QUICK]) == 0
-    assert "t = 0 / 0.5" in capfd.readouterr().err
-
-
-def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["scenarios"]) == 0
-    listed = {line.split()[0]: line for line in capsys.readouterr().out.splitlines()}
-    assert set(listed) == {path.stem for path in (ROOT / "scenarios").glob("*.py")}
-    assert all(len(line.split()) > 3 for line in listed.values())
+from tests.cli.conftest import QUICK
 
 
 @pytest.mark.parametrize(
@@ -124,17 +79,6 @@ def test_bad_input_is_one_sentence_status_2_and_nothing_written(
     assert sorted(Path().iterdir()) == before
 
 
-def test_stability_prints_its_verdicts_and_stores_the_report(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["stability", "n=2", "sizes=20,40,80", "-o", "report.nc"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[-2].startswith("verdict: stable")
-    assert lines[-1] == "wrote report.nc"
-    with xr.open_dataset("report.nc") as dataset:
-        assert {"eigenvalue", "growth", "functional", "I", "J"} <= set(dataset.data_vars)
-    assert main(["stability", "sizes=20,40,80", "-o", "report.png"]) == 0
-    assert Path("report.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_usage_errors_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments in (["fly"], [], ["run"], ["run", "a", "--fast"]):
         with pytest.raises(SystemExit) as leaving:
@@ -150,13 +94,6 @@ def test_a_solver_that_gives_up_is_status_1(capsys: pytest.CaptureFixture[str]) 
     with xr.open_dataset("single_compacton.nc") as dataset:
         assert dataset.attrs["status"].startswith("failed at t = 0.")
         assert dataset.sizes["t"] > 1
-
-
-def test_a_picture_format_that_does_not_exist_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "single_compacton", "-o", "one.nc", "--quiet", *QUICK]) == 0
-    assert main(["plot", "one.nc", "-o", "one.xyz"]) == 2
-    assert "png" in capsys.readouterr().err
-    assert not Path("one.xyz").exists()
 
 
 def test_a_cold_run_says_once_that_it_compiles(tmp_path: Path) -> None:

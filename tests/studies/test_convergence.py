@@ -2,7 +2,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,20 +9,13 @@ import pytest
 import xarray as xr
 
 from mol_compactons import (
-    CVODE,
     IDA,
-    Compacton,
     CompactScheme,
     ConservativeScheme,
-    GranularChain,
-    GranularCompacton,
     Grid,
     InputError,
     IntegrationError,
     Lattice,
-    Midpoint,
-    NearestNeighbours,
-    PowerContact,
     Ripple,
     RosenauHyman,
     Simulation,
@@ -33,29 +25,18 @@ from mol_compactons import (
     run,
 )
 from mol_compactons.assignment import assign
-from mol_compactons.cli import main, scenarios
+from mol_compactons.cli import scenarios
 from mol_compactons.studies.convergence import converge
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.judgement import CONVERGED, NOT_CONVERGED, judge
 from mol_compactons.studies.report import report, verdict
+from tests.studies.simulations import chain, single
 
 
 def test_a_study_can_be_judged_anew(study: xr.DataTree) -> None:
     again, strict = judge(study), judge(study, accuracy=1e-12)
     xr.testing.assert_equal(again["summary"].to_dataset(), study["summary"].to_dataset())
     assert verdict(strict["summary"].to_dataset(), "inviscid") != CONVERGED
-
-
-def single(n: float = 2, size: int = 240) -> Simulation:
-    return Simulation(
-        equation=GranularCompacton(n),
-        grid=Grid(length=30, size=size),
-        scheme=ConservativeScheme(order=4),
-        initial=[Compacton(speed=1, center=10)],
-        t_end=3,
-        frames=31,
-        integrator=CVODE(rtol=1e-7),
-    )
 
 
 @pytest.fixture(scope="module")
@@ -153,14 +134,7 @@ def test_the_finest_grid_may_fail_at_the_tightest_tolerance(monkeypatch: pytest.
     assert "only 2 grid(s)" in reason
 
 
-def test_the_absolute_tolerance_goes_along() -> None:
-    simulation = assign(single(), {"integrator": "CVODE(rtol=1e-4, atol=1e-3)"})
-    family = Family(sizes=(60, 90), tolerances=(1e-3, 1e-4), schemes=(ConservativeScheme(), CompactScheme(viscosity=0)))
-    for member in family.completed(simulation).members(simulation):
-        assert getattr(member.simulation.integrator, "atol", None) == pytest.approx(10 * member.tolerance)
-
-
-def test_a_family_of_another_equation_has_no_independent_scheme() -> None:
+def test_a_family_that_varies_nothing_else_has_gaps() -> None:
     simulation = Simulation(
         equation=RosenauHyman(3, 2),
         grid=Grid(40, 160),
@@ -170,106 +144,13 @@ def test_a_family_of_another_equation_has_no_independent_scheme() -> None:
         frames=11,
         integrator=IDA(rtol=1e-4),
     )
-    family = Family(sizes=(80, 160), viscosities=(1e-4,), tolerances=(1e-4,), accuracy=1e-9)
+    family = Family(sizes=(80, 160), schemes=(CompactScheme("wide"),), viscosities=(1e-4,), tolerances=(1e-4,), accuracy=1e-9)
     tree = converge(simulation, family)
     summary = tree["summary"].sel(quantity="profile")
     assert summary["verdict"].item() == NOT_CONVERGED
     reason = summary["reason"].item()
     for gap in ("nothing shows", "only one tolerance", "only 2 grid(s)", "only one viscosity", "no independent scheme"):
         assert gap in reason
-
-
-def test_the_steps_of_the_midpoint_rule_are_its_tolerances() -> None:
-    simulation = assign(single(size=80), {"integrator": "Midpoint(step=0.02)", "t_end": "0.2", "frames": "5"})
-    members = list(Family().completed(simulation).members(simulation))
-    steps = {member.tolerance for member in members}
-    assert steps == {0.02, 0.04}
-    for member in members:
-        assert isinstance(member.simulation.integrator, Midpoint)
-        assert member.simulation.integrator.step == member.tolerance
-
-
-def test_each_scheme_gets_an_integrator_that_can_take_it() -> None:
-    family = assign(Family(), {"schemes": "[ConservativeScheme, CompactScheme, FourierScheme]", "sizes": "[40, 80]"})
-    simulation = single()
-    for member in family.completed(simulation).members(simulation):
-        member.simulation.integrator.check_system(member.simulation.discretize())
-        kind = {"ConservativeScheme": "band", "CompactScheme": "band", "FourierScheme": "krylov"}[member.scheme.split("(")[0]]
-        assert getattr(member.simulation.integrator, "linear_solver", None) == kind
-
-
-@pytest.mark.parametrize(
-    ("attempt", "words"),
-    [
-        (
-            lambda: converge(
-                single(), Family(sizes=(60,), schemes=(ConservativeScheme(),), tolerances=(1e-4,), viscosities=(0,))
-            ),
-            "a single member",
-        ),
-        (lambda: Family(sizes=(60, 60)), "sizes = 60, 60 holds a value twice"),
-        (lambda: Family(viscosities=(-1,)), "is negative"),
-        (lambda: Family(tolerances=(0,)), "is not positive"),
-        (lambda: Family(accuracy=2), "accuracy = 2 must lie between 0 and 1"),
-        (lambda: converge(chain(), Family(sizes=(10, 20))), "a chain has no grid to refine"),
-    ],
-)
-def test_bad_families_are_named(attempt: Callable[[], Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        attempt()
-
-
-def chain() -> Simulation:
-    return Simulation(
-        equation=GranularChain(PowerContact(n=2)),
-        grid=Lattice(20),
-        scheme=NearestNeighbours(),
-        initial=[Compacton(1, 8)],
-        t_end=1,
-        frames=3,
-    )
-
-
-def test_the_command_stores_prints_and_draws(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    quick = ["--set", "t_end=0.5", "--set", "frames=11", "--set", "equation.n=2", "--viscosities", "2e-3,1e-3"]
-    family = ["--sizes", "60,90,120", "--schemes", "ConservativeScheme(order=4),CompactScheme", "--tolerances", "1e-4,1e-5"]
-    assert main(["converge", "single_compacton", "-o", "study.nc", *quick, *family]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("1/14 viscous ConservativeScheme(order=4) N=60")
-    assert any(line.startswith("viscous limit: ") for line in lines)
-    assert main(["info", "study.nc"]) == 0
-    assert "  profile" in capsys.readouterr().out
-    assert main(["plot", "study.nc"]) == 0
-    assert Path("study.png").read_bytes().startswith(b"\x89PNG")
-    with xr.open_datatree("study.nc") as tree:
-        assert set(tree.children) == {"summary", "ladder", "members"}
-    assert main(["run", "study.nc", "-o", "again.nc", "--quiet"]) == 0
-    assert {path.name for path in Path().iterdir()} == {"study.nc", "study.png", "again.nc"}
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--sizes", "60,none"], "must be a list of a whole number"),
-        (["--schemes", "FurierScheme"], "must be a list of"),
-        (["--schemes", "NearestNeighbours,CompactScheme"], "NearestNeighbours does not suit GranularCompacton"),
-        (["--sizes", "4,8,16"], "is too small"),
-        (["-o", "study.txt"], "must end in .nc"),
-        (["--accuracy", "0"], "accuracy = 0 must lie between"),
-    ],
-)
-def test_bad_options_are_one_sentence(
-    options: list[str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["converge", "single_compacton", *options]) == 2
-    printed = capfd.readouterr().err
-    assert words in printed
-    assert len(printed.splitlines()) == 1
-    assert not list(Path().iterdir())
 
 
 def test_the_ladder_of_a_chain_is_that_of_its_tolerances() -> None:
@@ -286,3 +167,20 @@ def test_the_ladder_of_a_chain_is_that_of_its_tolerances() -> None:
     assert (single["summary"].to_dataset()["verdict"] == "converged").any()
     with pytest.raises(InputError, match="a single member"):
         converge(ring, Family(tolerances=(1e-6,)))
+
+
+@pytest.mark.parametrize(
+    ("attempt", "words"),
+    [
+        (
+            lambda: converge(
+                single(), Family(sizes=(60,), schemes=(ConservativeScheme(),), tolerances=(1e-4,), viscosities=(0,))
+            ),
+            "a single member",
+        ),
+        (lambda: converge(chain(), Family(sizes=(10, 20))), "a chain has no grid to refine"),
+    ],
+)
+def test_bad_families_are_named(attempt: Callable[[], Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        attempt()

@@ -11,37 +11,11 @@ from mol_compactons import (
     ConservativeScheme,
     GranularCompacton,
     Grid,
-    IntegrationError,
-    Midpoint,
-    run,
 )
 from mol_compactons.integrators.linear.band import FoldedLU
 from mol_compactons.integrators.linear.cyclic_band import CyclicLU
 from mol_compactons.integrators.linear.newton import BandedMatrix
-from mol_compactons.semidiscrete import SemiDiscretization
-from tests.systems import Array, one_compacton
-
-
-def system_with(jacobian: Array) -> SemiDiscretization:
-    """y' = J y, with J given by its cyclic diagonals."""
-
-    def write(t: float, state: Array, out: Array) -> None:
-        out[:] = jacobian
-
-    components, _, diagonals, size = jacobian.shape
-    return SemiDiscretization(
-        size=size,
-        components=components,
-        reach=(diagonals - 1) // 2,
-        rhs=lambda t, state, out: None,
-        jacobian=write,
-        invariants=lambda state: {},
-    )
-
-
-def random_jacobian(seed: int, components: int, reach: int, size: int) -> Array:
-    return np.random.default_rng(seed).normal(size=(components, components, 2 * reach + 1, size))
-
+from tests.integrators.linear.rings import random_jacobian, system_with
 
 shapes = st.tuples(st.integers(0, 10**6), st.integers(1, 2), st.integers(1, 4), st.integers(0, 40))
 
@@ -63,22 +37,6 @@ def test_it_solves_what_numpy_solves(shape: tuple[int, int, int, int], fraction:
     assert np.allclose(solution.ravel(), exact, rtol=0, atol=1e-11 * np.abs(exact).max())
     factors.solve_into(residual, residual)
     assert np.array_equal(residual, solution)
-
-
-@given(shapes, st.sampled_from([1.0, 30.0, 1e6]))
-def test_a_matrix_that_needs_pivots_gets_them(shape: tuple[int, int, int, int], gamma: float) -> None:
-    """Far from the identity: whichever LU is taken, its residual is small."""
-    seed, components, reach, more = shape
-    size = 2 * reach + 1 + more
-    system = system_with(random_jacobian(seed, components, reach, size))
-    matrix = BandedMatrix(system)
-    state = np.zeros((components, size))
-    assert matrix.factor(0.0, state, gamma)
-    dense = np.eye(components * size) - gamma * system.dense(random_jacobian(seed, components, reach, size))
-    residual = np.random.default_rng(seed).normal(size=state.shape)
-    solution = matrix.solve(0.0, state, residual)
-    scale = np.abs(dense).sum(axis=1).max() * np.abs(solution).max()
-    assert np.abs(dense @ solution.ravel() - residual.ravel()).max() < 1e-9 * scale
 
 
 def test_what_cannot_be_factored_is_refused() -> None:
@@ -129,7 +87,7 @@ def test_factors_that_grow_are_refused() -> None:
         assert np.abs(dense @ solution[0] - residual[0]).max() < 1e-13
 
 
-def test_fill_that_is_negligible_is_dropped_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fill_that_is_negligible_is_dropped_and_no_other() -> None:
     """On a long ring where the fill decays slowly the solution is that of numpy, though most of the ring does without it."""
     size = 2000
     jacobian = random_jacobian(3, 1, 2, size)
@@ -155,10 +113,3 @@ def test_an_infinite_entry_is_refused_wherever_it_stands() -> None:
             jacobian = 0.01 * random_jacobian(1, 1, 3, 40)
             jacobian[0, 0, diagonal, cell] = np.inf
             assert not CyclicLU(system_with(jacobian)).factor(jacobian, 0.5)
-
-
-def test_a_singular_matrix_is_an_error_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    for cls in ("CyclicLU", "FoldedLU"):
-        monkeypatch.setattr(f"mol_compactons.integrators.linear.newton.{cls}.factor", lambda *arguments: False)
-    with pytest.raises(IntegrationError, match="The matrix of the midpoint rule is singular"):
-        run(one_compacton(integrator=Midpoint()))

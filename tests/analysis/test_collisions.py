@@ -1,0 +1,162 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mol_compactons import CVODE, Compacton, ConservativeScheme, GranularCompacton, Grid, InputError, Simulation, run
+from mol_compactons.analysis.collisions import FEWEST_FRAMES, SHORTEST_FLIGHT, first_collision
+from mol_compactons.analysis.tracking import track
+from tests.analysis.painted import painted
+
+
+@pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (1, -1), (-1, 1)])
+def test_the_shift_of_a_collision_is_measured(signs: tuple[int, int]) -> None:
+    fast, slow = Compacton(1, 8, signs[0]), Compacton(0.25, 20, signs[1])
+    result = painted(3, [(fast, 16, 2.5), (slow, 16, -1.25)])
+    collision = first_collision(track(result))
+    assert collision.moment.values == pytest.approx([16, 16], abs=1e-3)
+    assert collision.phase_shift.values == pytest.approx([2.5, -1.25], abs=1e-3)
+    assert collision.speed_after.values == pytest.approx([1, 0.25], abs=1e-4)
+    assert collision.height_before.values == pytest.approx([signs[0] * np.sqrt(2), signs[1] * np.sqrt(0.5)], rel=1e-4)
+    assert collision.height_after.values == pytest.approx(collision.height_before.values, rel=1e-4)
+    assert float(collision.momentum_left) < 1e-20
+
+
+def test_a_collision_across_the_end_of_the_box() -> None:
+    flights = [(Compacton(1, 50), 16, 1.0), (Compacton(0.25, 62), 16, -0.5), (Compacton(0.25, 30, -1), 0, 0)]
+    collision = first_collision(track(painted(3, flights, t_end=32)))
+    assert collision.phase_shift.values[:2] == pytest.approx([1, -0.5], abs=1e-3)
+    assert collision.moment.values[:2] == pytest.approx([16, 16], abs=1e-3)
+    assert np.isnan(collision.phase_shift.values[2])
+
+
+def test_the_overtaking_of_the_paper() -> None:
+    """The taller bright wave comes out ahead of its free flight, the lower one behind it, and they keep their names."""
+    simulation = Simulation(
+        equation=GranularCompacton(3),
+        grid=Grid(length=60, size=600),
+        scheme=ConservativeScheme(4, grid_viscosity=0.1),
+        initial=[Compacton(1, 8), Compacton(0.25, 20)],
+        t_end=50,
+        frames=201,
+        integrator=CVODE(rtol=1e-4),
+    )
+    tracks = track(run(simulation))
+    collision = first_collision(tracks)
+    fast, slow = collision.phase_shift.values
+    assert fast == pytest.approx(2.65, abs=0.1)
+    assert slow == pytest.approx(-4.6, abs=0.2)
+    assert np.isnan(tracks.position.values).any()
+    assert collision.height_after.values == pytest.approx([1.41, 0.69], abs=0.03)
+    assert 0.001 < float(collision.momentum_left) < 0.03
+
+
+def test_without_free_flight_at_the_start_nothing_is_said_of_a_collision() -> None:
+    flights = [(Compacton(1, 8), 16, 2.5), (Compacton(0.25, 20), 16, -1.25)]
+    tracks = track(painted(3, flights))
+    tracks["isolated"][1:40] = False
+    collision = first_collision(tracks)
+    assert np.isnan(collision.height_before.values).all()
+    assert np.isnan(collision.phase_shift.values).all()
+
+
+def by_hand(positions: np.ndarray, isolated: np.ndarray, period: float = 100.0) -> xr.Dataset:
+    """Tracks, shape (t, wave), of waves of height 1 and 2, one frame for each unit of time."""
+    frames, waves = positions.shape
+    heights = np.arange(1.0, waves + 1) * np.ones((frames, 1))
+    left = np.linspace(0, 1, frames)
+    return xr.Dataset(
+        {
+            "position": (("t", "wave"), positions, {"period": period}),
+            "height": (("t", "wave"), heights),
+            "isolated": (("t", "wave"), isolated),
+            **dict.fromkeys(("mass_left", "momentum_left", "height_left"), ("t", left)),
+        },
+        {"t": np.arange(float(frames)), "wave": np.arange(waves)},
+    )
+
+
+def two_lines(shifts: tuple[float, float], frames: int = 41, blind: int = 4) -> xr.Dataset:
+    """Waves of the speeds 2 and 1 that meet at t = 20, x = 40, and are not seen around then."""
+    times = np.arange(float(frames))
+    positions = np.array(
+        [40 + speed * (times - 20) + shift * (times > 20) for speed, shift in zip((2, 1), shifts, strict=True)]
+    )
+    return by_hand(positions.T, np.repeat(np.abs(times - 20) > blind, 2).reshape(frames, 2))
+
+
+@given(st.floats(-4, 4), st.floats(-4, 4))
+@settings(max_examples=20)
+def test_lines_give_the_shift_and_the_moment_to_round_off(first: float, second: float) -> None:
+    collision = first_collision(two_lines((first, second)))
+    assert collision.moment.values == pytest.approx([20, 20], abs=1e-10)
+    assert collision.phase_shift.values == pytest.approx([first, second], abs=1e-10)
+    assert collision.speed_before.values == pytest.approx([2, 1], abs=1e-10)
+    assert collision.speed_after.values == pytest.approx([2, 1], abs=1e-10)
+    assert collision.height_after.values == pytest.approx([1, 2], rel=1e-12)
+    assert np.abs(collision.scatter.values).max() < 1e-10
+
+
+def test_the_moment_is_the_meeting_that_is_nearest_on_the_ring() -> None:
+    """Free flight that goes once around the period meets the other wave where the period says."""
+    tracks = two_lines((1.0, -1.0))
+    tracks["position"] = (("t", "wave"), tracks.position.values + np.array([300.0, -200.0]), {"period": 100.0})
+    assert first_collision(tracks).moment.values == pytest.approx([20, 20], abs=1e-10)
+
+
+def test_after_a_collision_the_first_half_of_the_flight_is_left_to_settle() -> None:
+    tracks = two_lines((0.0, 0.0))
+    tracks["height"][21:32] = 9.0
+    settled = first_collision(tracks)
+    assert settled.height_after.values == pytest.approx([1, 2])
+    tracks["height"][36:] = 5.0
+    assert (first_collision(tracks).height_after > settled.height_after).all()
+
+
+def test_what_is_left_is_the_mean_over_the_settled_time() -> None:
+    """The numbers rise from 0 to 1 in 40 units of time; the flight after the collision begins at 25, settles at 33."""
+    left = first_collision(two_lines((0.0, 0.0)))
+    for name in ("mass_left", "momentum_left", "height_left"):
+        assert float(left[name]) == pytest.approx(np.arange(33, 41).mean() / 40)
+
+
+def test_scatter_is_the_largest_distance_from_the_lines() -> None:
+    tracks = two_lines((0.0, 0.0))
+    tracks["position"][5, 0] += 0.5
+    scatter = first_collision(tracks).scatter.values
+    assert 0.3 < scatter[0] < 0.5
+    assert scatter[1] < 1e-10
+
+
+@pytest.mark.parametrize("frames", [FEWEST_FRAMES - 1, FEWEST_FRAMES])
+def test_so_many_frames_of_free_flight_are_needed_at_the_start(frames: int) -> None:
+    tracks = two_lines((2.0, -1.0))
+    tracks["isolated"][frames:16] = False
+    known = ~np.isnan(first_collision(tracks).phase_shift.values)
+    assert known.tolist() == [frames >= FEWEST_FRAMES] * 2
+
+
+@pytest.mark.parametrize("frames", [SHORTEST_FLIGHT - 1, SHORTEST_FLIGHT])
+def test_a_glimpse_within_a_collision_does_not_end_it(frames: int) -> None:
+    tracks = two_lines((2.0, -1.0))
+    tracks["isolated"][10:] = False
+    tracks["isolated"][30 : 30 + frames] = True
+    known = ~np.isnan(first_collision(tracks).phase_shift.values)
+    assert known.tolist() == [frames >= SHORTEST_FLIGHT] * 2
+
+
+def test_a_wave_that_meets_nobody_has_no_values_after() -> None:
+    collision = first_collision(track(painted(3, [(Compacton(1, 8), 0, 0)])))
+    assert float(collision.speed_before[0]) == pytest.approx(1, abs=1e-4)
+    assert float(collision.height_before[0]) == pytest.approx(np.sqrt(2), rel=1e-5)
+    for name in ("moment", "phase_shift", "speed_after", "height_after"):
+        assert np.isnan(collision[name].values).all()
+    assert np.isnan(collision.momentum_left)
+
+
+def test_what_is_no_track() -> None:
+    with pytest.raises(InputError, match=r"There are no tracks; give what track\(\) returned"):
+        first_collision(painted(3, [(Compacton(1, 8), 0, 0)], t_end=1))

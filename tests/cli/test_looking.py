@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from mol_compactons.cli import main
+from tests.cli.conftest import QUICK, ROOT
+
+
+@pytest.fixture
+def result() -> str:
+    """The name of a short result."""
+    assert main(["run", "two_bright", "-o", "two.nc", "--quiet", *QUICK, "--set", "title=Two of them"]) == 0
+    return "two.nc"
+
+
+def test_info_says_what_is_in_a_result(result: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", result]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    with xr.open_dataset(result) as dataset:
+        assert lines[0] == dataset.attrs["title"]
+        assert lines[-1] == dataset.attrs["history"]
+    assert lines[0].startswith("Two of them: GranularCompacton(n=3); c = 1, 0.25; ")
+    assert lines[1] == "W(t, x), 6 frames on 150 points to t = 0.5, complete"
+    assert lines[2].startswith("kept mass to ")
+    assert lines[3].startswith("cost ")
+    assert lines[4] == "equation: GranularCompacton(n=3)"
+    assert lines[5] == "grid: Grid(length=60, size=150, left=0)"
+    assert [line for line in lines if line.startswith("initial: ")] == [
+        "initial: Compacton(speed=1, center=5.5, sign=1)",
+        "initial: Compacton(speed=0.25, center=15.5, sign=1)",
+    ]
+
+
+def test_plot_draws_beside_the_result_or_where_it_is_told(result: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plot", result]) == 0
+    assert main(["plot", result, "-o", "other.pdf"]) == 0
+    assert capsys.readouterr().out.splitlines() == ["wrote two.png", "wrote other.pdf"]
+    assert Path("two.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("other.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_picture_is_replaced_only_when_asked(result: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("two.png").write_text("precious")
+    assert main(["plot", result]) == 2
+    assert "two.png exists; allow overwriting" in capsys.readouterr().err
+    assert Path("two.png").read_text() == "precious"
+    assert main(["plot", result, "--overwrite"]) == 0
+    assert Path("two.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_one_frame_makes_no_picture(result: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with xr.open_dataset(result) as dataset:
+        dataset.isel(t=slice(0, 1)).to_netcdf("short.nc")
+    assert main(["plot", "short.nc"]) == 2
+    assert "short.nc holds 1 frame(s); at least 2 are needed for a picture" in capsys.readouterr().err
+    assert not Path("short.png").exists()
+    assert main(["info", "short.nc"]) == 0
+
+
+def test_scenarios_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["scenarios"]) == 0
+    listed = {line.split()[0]: line for line in capsys.readouterr().out.splitlines()}
+    assert set(listed) == {path.stem for path in (ROOT / "scenarios").glob("*.py")}
+    assert all(len(line.split()) > 3 for line in listed.values())
+
+
+def test_a_picture_format_that_does_not_exist_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "single_compacton", "-o", "one.nc", "--quiet", *QUICK]) == 0
+    assert main(["plot", "one.nc", "-o", "one.xyz"]) == 2
+    assert "png" in capsys.readouterr().err
+    assert not Path("one.xyz").exists()

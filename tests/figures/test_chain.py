@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mol_compactons import (
+    Compacton,
+    GranularChain,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Simulation,
+    Symplectic,
+    compare,
+    continuum_of,
+    run,
+)
+from mol_compactons.figures import side_by_side
+
+
+def test_dots_on_a_line_at_each_time_and_their_distance() -> None:
+    """At t = 0 both are the same wave, so that the dots lie on the line."""
+    chain = Simulation(
+        equation=GranularChain(PowerContact(1.5)),
+        grid=Lattice(40),
+        scheme=NearestNeighbours(),
+        initial=[Compacton(speed=1, center=10.3)],
+        t_end=2,
+        frames=5,
+        integrator=Symplectic(step=0.05),
+    )
+    continuum = run(continuum_of(chain))
+    comparison = compare(run(chain), continuum)
+    figure = side_by_side(comparison, continuum, times=(0, 1.5))
+    first, second, last = figure.axes
+    line, dots = first.lines
+    assert np.array_equal(np.asarray(dots.get_xdata()), np.arange(40))
+    assert np.array_equal(np.asarray(dots.get_ydata()), comparison.R.values[0])
+    on_line = np.interp(np.arange(40), np.asarray(line.get_xdata()), np.asarray(line.get_ydata()))
+    assert on_line == pytest.approx(comparison.R.values[0], abs=1e-2)
+    legend = first.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["continuum", "chain"]
+    moved = np.asarray(second.lines[1].get_ydata())
+    assert np.abs(moved - comparison.R.values[0]).max() > 0.1
+    assert second.get_title() == "t = 1.5"
+    assert np.array_equal(np.asarray(last.lines[0].get_ydata()), comparison.distance.values)
+    figure.canvas.draw()

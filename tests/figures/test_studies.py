@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mol_compactons import CompactScheme, ConservativeScheme, Family, judge
+from mol_compactons.figures import convergence_overview
+from tests.studies.by_hand import spacing, study
+
+
+def test_the_distances_of_the_ladder_are_drawn_against_the_spacing() -> None:
+    tree = judge(study(lambda member: 1e-3 * spacing(member) ** 2))
+    figure = convergence_overview(tree)
+    quantities = tree["ladder"].to_dataset()["quantity"].values.tolist()
+    panels = {axes.get_title().split(":")[0]: axes for axes in figure.axes if axes.get_title()}
+    assert list(panels) == quantities
+    (line, *others) = [line for line in panels["profile"].lines if line.get_marker() == "o"]
+    h, distance = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+    assert h.tolist() == [0.5, 0.25, 0.125]
+    assert np.polyfit(np.log(h), np.log(distance), 1)[0] == pytest.approx(2, abs=1e-3)
+    assert len(others) == 1
+    assert panels["profile"].get_title() == "profile: converged"
+    assert "by hand" in [text.get_text() for text in figure.texts]
+    figure.canvas.draw()
+
+
+def test_each_limit_and_viscosity_has_a_line_with_its_name() -> None:
+    family = Family(schemes=(ConservativeScheme(), CompactScheme()), viscosities=(2e-3, 1e-3), grid_viscosities=(0.1,))
+    figure = convergence_overview(judge(study(lambda member: 1e-3 * spacing(member), family)))
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(labels) == len(set(labels)) == 6
+    assert "conservative, ConservativeScheme(order=4), viscosity 0.1" in labels
+    assert "viscous, CompactScheme(second_difference=wide), viscosity 0.001" in labels

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mol_compactons.results.netcdf import NetCDFRecorder
+from mol_compactons.results.recorder import MemoryRecorder, Recorder
+from mol_compactons.results.schema import Layout
+from tests.systems import Array
+
+SIZE = 5
+
+FRAMES = st.lists(arrays(float, (2, SIZE), elements=st.floats(-1e300, 1e300)), max_size=4)
+
+
+def layout() -> Layout:
+    """Two components on five points, and two numbers along t."""
+
+    def own(role: str) -> dict[str, str]:
+        return {"long_name": role, "units": "1", "role": role}
+
+    return Layout(
+        fields={"S": own("field"), "v": own("field")},
+        series={"mass": own("conserved"), "skewness": own("diagnostic")},
+        space="x",
+        coordinates=np.linspace(0, 2, SIZE),
+        coordinate_attributes={"long_name": "place", "units": "1", "period": 2.5},
+        frames=4,
+        attributes={"title": "by hand", "status": "running"},
+    )
+
+
+def recorded(recorder: Recorder, frames: list[Array]) -> xr.Dataset:
+    for index, frame in enumerate(frames):
+        recorder.append(0.25 * index, frame, {"mass": float(frame[0, 0]), "skewness": float(index)})
+    recorder.close({"status": "complete", "solver_steps": 3})
+    return recorder.dataset()
+
+
+@given(FRAMES)
+def test_what_is_recorded_comes_back_bit_for_bit(frames: list[Array]) -> None:
+    dataset = recorded(MemoryRecorder(layout()), frames)
+    assert dict(dataset.sizes) == {"t": len(frames), "x": SIZE}
+    for index, frame in enumerate(frames):
+        assert np.array_equal(dataset.S.values[index], frame[0])
+        assert np.array_equal(dataset.v.values[index], frame[1])
+        assert float(dataset.mass[index]) == frame[0, 0]
+    assert dataset.t.values.tolist() == [0.25 * index for index in range(len(frames))]
+    assert dataset.skewness.values.tolist() == list(range(len(frames)))
+
+
+@given(FRAMES)
+def test_memory_and_file_hold_the_same(frames: list[Array]) -> None:
+    with TemporaryDirectory() as folder:
+        disk = recorded(NetCDFRecorder(layout(), Path(folder, "frames.nc"), overwrite=False), frames)
+        xr.testing.assert_identical(disk.load(), recorded(MemoryRecorder(layout()), frames))
+        disk.close()
+
+
+def test_a_frame_is_kept_as_it_was() -> None:
+    """The state that a run hands over is scratch space of its integrator."""
+    recorder, state = MemoryRecorder(layout()), np.ones((2, SIZE))
+    recorder.append(0.0, state, {"mass": 1.0, "skewness": 0.0})
+    state[:] = 7.0
+    recorder.append(1.0, state, {"mass": 7.0, "skewness": 0.0})
+    assert recorder.dataset().S.values[:, 0].tolist() == [1.0, 7.0]
+
+
+def test_attributes_of_the_end_replace_those_of_the_beginning() -> None:
+    own = layout()
+    recorder = MemoryRecorder(own)
+    assert recorder.dataset().attrs["status"] == "running"
+    recorder.close({"status": "complete"})
+    assert recorder.dataset().attrs == {"title": "by hand", "status": "complete"}
+    assert own.attributes["status"] == "running"
+
+
+def test_a_number_that_is_missing_is_an_error_and_no_gap() -> None:
+    recorder = MemoryRecorder(layout())
+    recorder.append(0.0, np.ones((2, SIZE)), {"mass": 1.0})
+    with pytest.raises(KeyError, match="skewness"):
+        recorder.dataset()

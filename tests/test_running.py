@@ -1,0 +1,144 @@
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from mol_compactons import IntegrationError, Midpoint, Rosenbrock, Simulation, run
+from mol_compactons.integrators import IDA, Integrator
+from mol_compactons.integrators.base import no_report
+from mol_compactons.running import stopping_on_signals
+from tests.systems import one_compacton
+
+
+def test_a_run_in_memory_and_one_on_disk_are_the_same(tmp_path: Path) -> None:
+    simulation = one_compacton()
+    memory = run(simulation)
+    with run(simulation, tmp_path / "result.nc") as disk:
+        xr.testing.assert_equal(memory, disk.load())
+        assert set(memory.attrs) == set(disk.attrs)
+
+
+def test_a_result_is_a_scenario_and_repeats_itself_bit_for_bit(tmp_path: Path) -> None:
+    with run(one_compacton(), tmp_path / "first.nc") as first:
+        again = run(Simulation.from_json(first.attrs["simulation"]))
+        xr.testing.assert_identical(again.drop_attrs(), first.load().drop_attrs())
+
+
+def test_the_report_ends_at_the_end() -> None:
+    times: list[float] = []
+    run(one_compacton(), report=times.append)
+    assert times == sorted(times)
+    assert times[-1] == 1.0
+
+
+def test_the_first_frame_is_the_exact_wave_and_all_frames_have_their_times() -> None:
+    simulation = one_compacton(t_end=0.7, frames=8)
+    dataset = run(simulation)
+    assert np.array_equal(dataset.W.values[0], simulation.initial_state()[0])
+    assert np.array_equal(dataset.t.values, np.linspace(0, 0.7, 8))
+    assert np.array_equal(dataset.x.values, simulation.grid.coordinates)
+    assert np.abs(dataset.W.values[-1] - dataset.W.values[0]).max() > 0.1
+
+
+def test_what_is_conserved_is_counted_at_every_frame() -> None:
+    """The numbers along t are those of the frames that stand beside them."""
+    simulation = one_compacton(t_end=1, frames=5)
+    dataset, system = run(simulation), simulation.discretize()
+    for index in range(5):
+        expected = system.invariants(dataset.W.values[index][None])
+        assert set(expected) == {"mass", "momentum", "energy"}
+        for name, value in expected.items():
+            assert float(dataset[name][index]) == value
+
+
+@pytest.mark.parametrize("integrator", [IDA(rtol=1e-9), Rosenbrock(rtol=1e-9), Midpoint(step=2e-3)])
+def test_the_wave_has_moved_by_its_speed_times_the_time(integrator: Integrator) -> None:
+    simulation = replace(one_compacton(size=300, t_end=2, viscosity=1e-4), integrator=integrator)
+    final = run(simulation).W.values[-1]
+    exact = simulation.initial[0].values(simulation.equation, simulation.grid, 2)[0]
+    assert np.linalg.norm(final - simulation.initial_state()[0]) > 0.5 * np.linalg.norm(exact)
+    assert np.linalg.norm(final - exact) < 0.02 * np.linalg.norm(exact)
+
+
+def test_a_failed_run_brings_the_frames_that_it_has() -> None:
+    simulation = one_compacton(t_end=2, frames=21, integrator=IDA(max_steps=10))
+    with pytest.raises(IntegrationError, match=r"raise integrator\.max_steps") as failure:
+        run(simulation)
+    assert failure.value.dataset.attrs["status"] == f"failed at t = {failure.value.t:.6g}: {failure.value}"
+    assert failure.value.dataset.sizes["t"] >= 1
+    assert np.array_equal(failure.value.dataset.W.values[0], simulation.initial_state()[0])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_waits_for_the_end_of_a_step(number: signal.Signals) -> None:
+    before = signal.getsignal(number)
+    seen: list[float] = []
+    with stopping_on_signals(seen.append) as watch:
+        watch(1.0)
+        os.kill(os.getpid(), number)
+        assert seen == [1.0]
+        with pytest.raises(KeyboardInterrupt):
+            watch(2.0)
+    assert seen == [1.0, 2.0]
+    assert signal.getsignal(number) is before
+
+
+def test_another_thread_leaves_the_signals_alone() -> None:
+    """As in a notebook or a server: handlers can be set in the main thread alone."""
+    handlers: list[object] = []
+    results: list[xr.Dataset] = []
+
+    def work() -> None:
+        with stopping_on_signals(no_report) as watch:
+            handlers.extend([watch, signal.getsignal(signal.SIGTERM)])
+        results.append(run(one_compacton()))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert handlers == [no_report, signal.getsignal(signal.SIGTERM)]
+    xr.testing.assert_equal(results[0], run(one_compacton()))
+
+
+def test_an_interrupted_run_in_memory_raises_what_interrupted_it() -> None:
+    def interrupt(t: float) -> None:
+        if t > 0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(one_compacton(), report=interrupt)
+
+
+def test_the_cost_is_that_of_the_integrator() -> None:
+    simulation = one_compacton(integrator=Midpoint(step=0.01))
+    attributes = run(simulation).attrs
+    assert attributes["solver_steps"] == 100
+    assert attributes["status"] == "complete"
+    assert attributes["cpu_seconds"] >= 0
+    loose, tight = (run(one_compacton(integrator=IDA(rtol=rtol))).attrs["solver_steps"] for rtol in (1e-4, 1e-8))
+    assert tight > 2 * loose
+
+
+def test_two_runs_at_once_do_not_disturb_each_other() -> None:
+    """Kernels have scratch arrays: each run has its own."""
+    simulation = one_compacton(t_end=0.5, integrator=Rosenbrock())
+    alone = run(simulation).W.values
+    together: list[np.ndarray] = []
+
+    def work(one: Simulation) -> None:
+        together.append(run(one).W.values)
+
+    threads = [threading.Thread(target=work, args=(simulation,)) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(alone, values) for values in together)
+    assert len(together) == 2
