@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.configuration import Settings
+from mol_compactons.errors import require
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Own = TypeVar("Own", bound="Integrator")
@@ -87,3 +88,11 @@ class Integrator(Settings):
     def alternatives(self) -> Sequence[Integrator]:
         """What takes its place, with the same tolerance, where it cannot take a system; the first that can is used."""
         return ()
+
+
+def insist_on_a_band(system: SemiDiscretization, integrator: str) -> None:
+    """Refuse a system that only a Krylov solver can take."""
+    require(
+        system.jacobian_vector is None,
+        f"{integrator} needs a banded Jacobian, which this scheme has not; choose integrator=CVODE(linear_solver='krylov').",
+    )

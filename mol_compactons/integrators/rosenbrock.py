@@ -10,9 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, no_report
+from mol_compactons.integrators.base import (
+    REPORT_INTERVAL,
+    Counters,
+    Integrator,
+    Report,
+    insist_on_a_band,
+    no_report,
+)
 from mol_compactons.integrators.linear.newton import BandedMatrix
-from mol_compactons.integrators.scales import ABSOLUTE_SHARE, component_scales
+from mol_compactons.integrators.scales import absolute_tolerances
 from mol_compactons.integrators.sundials import CVODE
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -183,10 +190,7 @@ class Rosenbrock(Integrator):
 
     def check_system(self, system: SemiDiscretization) -> None:
         """Refuse a system whose Jacobian is not banded."""
-        require(
-            system.jacobian_vector is None,
-            "Rosenbrock needs a banded Jacobian, which this scheme has not; choose integrator=CVODE(linear_solver='krylov').",
-        )
+        insist_on_a_band(system, "Rosenbrock")
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> RosenbrockIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
@@ -208,9 +212,8 @@ class RosenbrockIntegration:
         self._last_step = 0.0
         self._state = state.copy()
         self._before = state.copy()
-        scales = component_scales(system, state, t_end)
-        atol = settings.atol
-        self._atol = np.full(len(state), atol) if atol is not None else ABSOLUTE_SHARE * settings.rtol * scales
+        default = absolute_tolerances(system, state, t_end, settings.rtol)
+        self._atol = default if settings.atol is None else np.full(len(state), settings.atol)
         self._stages = np.zeros((STAGES, *state.shape))
         self._argument, self._slope, self._rate, self._product = np.empty((4, *state.shape))
 

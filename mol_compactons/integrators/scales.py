@@ -51,6 +51,11 @@ def component_scales(system: SemiDiscretization, state: Array, t_end: float) -> 
     return np.asarray(np.where(sizes > 0, sizes, np.where(moved > 0, moved, sizes.max())))
 
 
+def absolute_tolerances(system: SemiDiscretization, state: Array, t_end: float, rtol: float) -> Array:
+    """The default absolute tolerance of each component, shape (components,)."""
+    return ABSOLUTE_SHARE * rtol * component_scales(system, state, t_end)
+
+
 def occupied_share(state: Array) -> float:
     """The part of the grid that a state occupies, in (0, 1]: of each component (Sum y^2 / N) / max y^2, the largest."""
     largest = np.abs(state).max(axis=1)

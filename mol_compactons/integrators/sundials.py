@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, no_report
+from mol_compactons.integrators.base import REPORT_INTERVAL, Counters, Integrator, Report, insist_on_a_band, no_report
 from mol_compactons.integrators.flags import CURES, SETTINGS
 from mol_compactons.integrators.linear.newton import KRYLOV_DIMENSION, KrylovCallbacks
-from mol_compactons.integrators.scales import ABSOLUTE_SHARE, component_scales, occupied_share
+from mol_compactons.integrators.scales import absolute_tolerances, occupied_share
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -119,7 +119,7 @@ class IDA(_BackwardDifferences):
 
     def check_system(self, system: SemiDiscretization) -> None:
         """Refuse a system whose Jacobian is not banded."""
-        insist_on_a_banded_jacobian(system, "IDA")
+        insist_on_a_band(system, "IDA")
         require(self.linear_solver != "krylov", "integrator.linear_solver = 'krylov' is for CVODE; choose 'band' for IDA.")
 
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> SundialsIntegration:
@@ -155,7 +155,7 @@ class CVODE(_BackwardDifferences):
         if self.linear_solver == "krylov":
             KrylovCallbacks(system)
         else:
-            insist_on_a_banded_jacobian(system, f"CVODE with linear_solver = {self.linear_solver!r}")
+            insist_on_a_band(system, f"CVODE with linear_solver = {self.linear_solver!r}")
         require(
             system.mass is None,
             "integrator = CVODE cannot take a scheme with a mass matrix; choose IDA, Rosenbrock, Midpoint, or another scheme.",
@@ -174,14 +174,6 @@ def _order_for_damping(system: SemiDiscretization, state: Array) -> int:
     system.jacobian(0.0, state, diagonals)
     fastest = float(np.abs(diagonals).sum(axis=(1, 2)).max())
     return next(order for least, order in ORDERS_BY_DAMPING if system.damping >= least * fastest)
-
-
-def insist_on_a_banded_jacobian(system: SemiDiscretization, integrator: str) -> None:
-    """Refuse a system that only a Krylov solver can take."""
-    require(
-        system.jacobian_vector is None,
-        f"{integrator} needs a banded Jacobian, which this scheme has not; choose integrator=CVODE(linear_solver='krylov').",
-    )
 
 
 @compiled
@@ -240,9 +232,10 @@ class SundialsIntegration:
         # The norm of SUNDIALS is a mean over the grid, which would allow the more of an error the emptier the grid is.
         dilution = math.sqrt(occupied_share(state))
         rtol = max(dilution * settings.rtol, SMALLEST_TOLERANCE)
+        atol = np.broadcast_to(absolute_tolerances(system, state, self._t_end, rtol)[:, None], state.shape)
         options: dict[str, Any] = {
             "rtol": rtol,
-            "atol": self._absolute_tolerances(state, rtol) if settings.atol is None else dilution * settings.atol,
+            "atol": system.fold(atol) if settings.atol is None else dilution * settings.atol,
             "linsolver": settings.linear_solver,
             "max_order": settings.max_order or self._default_order(state),
             "max_step": settings.max_step or 0.0,
@@ -263,11 +256,6 @@ class SundialsIntegration:
             if self._name == "IDA":
                 return ida.IDA(self._residual, **options)
             return cvode.CVODE(self._right_hand_side, **options)
-
-    def _absolute_tolerances(self, state: Array, rtol: float) -> Array:
-        """For each unknown a share of rtol times the largest value of its component."""
-        scales = component_scales(self._system, state, self._t_end)
-        return self._system.fold(np.repeat(ABSOLUTE_SHARE * rtol * scales[:, None], self._system.size, axis=1))
 
     def _default_order(self, state: Array) -> int:
         if isinstance(self._settings, CVODE) and self._settings.method == "Adams":
