@@ -38,12 +38,12 @@ from mol_compactons.equations import (
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators import CVODE, IDA, Counters, Integrator, Midpoint, Rosenbrock, Symplectic
-from mol_compactons.results import open_result, open_study
+from mol_compactons.results import open_result, open_study, write_tree
 from mol_compactons.running import run
 from mol_compactons.schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, Scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
-from mol_compactons.studies import Family, converge, judge
+from mol_compactons.studies import Family, converge, judge, report
 from mol_compactons.waves import Compacton, Formula, LocalizedWave, PeriodicWave, Ripple, Samples, Uniform, Wave
 
 __version__ = version("mol_compactons")
@@ -101,9 +101,11 @@ __all__ = [
     "judge",
     "open_result",
     "open_study",
+    "report",
     "require",
     "run",
     "solitary_profile",
     "track",
     "two_way_continuum_of",
+    "write_tree",
 ]

@@ -101,7 +101,7 @@ def _load_announced(name: str) -> bool:
     found = [
         entry
         for entry in entry_points(group=ENTRY_POINTS)
-        if name in (entry.name, entry.value) or f"{module}.".startswith(f"{entry.module}.")
+        if name == entry.value or f"{module}.".startswith(f"{entry.module}.")
     ]
     for entry in found:
         try:

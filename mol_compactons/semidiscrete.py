@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from mol_compactons.errors import require
 from mol_compactons.stencils import convolve
 
 Array = NDArray[np.float64]
@@ -76,6 +77,14 @@ class SemiDiscretization:
     explicit_time: bool = False
 
     def __post_init__(self) -> None:
+        require(
+            self.size >= 2 * self.reach + 1,
+            f"A ring of {self.size} cells is too small for a reach of {self.reach}; choose at least {2 * self.reach + 1}.",
+        )
+        require(
+            self.mass is None or self.mass.size // 2 <= self.reach,
+            f"The mass matrix couples more neighbours than the reach {self.reach}; give the larger of the two as reach.",
+        )
         if self.jacobian is None:
             object.__setattr__(self, "jacobian", ColouredJacobian(self.rhs, self.components, self.reach, self.size))
 
@@ -130,7 +139,7 @@ class SemiDiscretization:
             return out
         theta = 2 * np.pi * np.fft.rfftfreq(self.size)
         half = self.mass.size // 2
-        symbol = np.cos(np.multiply.outer(theta, np.arange(-half, half + 1))) @ self.mass
+        symbol = np.exp(1j * np.multiply.outer(theta, np.arange(-half, half + 1))) @ self.mass
         return np.asarray(np.fft.irfft(np.fft.rfft(out) / symbol, n=self.size))
 
     @cached_property

@@ -10,7 +10,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.errors import InputError
+from mol_compactons.errors import InputError, require
 from mol_compactons.runtime.compiled import compiled
 
 
@@ -58,6 +58,10 @@ class Stencil:
         return np.asarray(np.exp(1j * np.multiply.outer(np.asarray(theta), self.offsets)) @ np.array(self.coefficients))
 
 
+WIDEST = 4
+"""The most neighbours on each side for which the coefficients are found exactly."""
+
+
 @cache
 def central(derivative: int, order: int) -> Stencil:
     """The narrowest central difference for a derivative, 1 or more, to an even order.
@@ -68,6 +72,11 @@ def central(derivative: int, order: int) -> Stencil:
     True
     """
     half = (derivative + 1) // 2 + order // 2 - 1
+    require(
+        order % 2 == 0 and derivative >= 1 and 1 <= half <= WIDEST,
+        f"A central difference of order {order} for the derivative {derivative} is not known; choose an even order, and at "
+        f"most {WIDEST} neighbours on each side.",
+    )
     offsets = np.arange(-half, half + 1)
     moments = np.vander(offsets.astype(float), increasing=True).T
     wanted = np.zeros(offsets.size)

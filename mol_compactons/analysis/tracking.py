@@ -95,6 +95,10 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
         "simulation" in dataset.attrs and len(field_names(dataset)) > 0,
         "There is no field to follow waves in; give a result of run(), not a study or tracks.",
     )
+    require(dataset.sizes["t"] > 0, "The result holds no frame; give one of a run that has begun.")
+    require(
+        least_height is None or least_height > 0, f"least_height = {least_height} must be positive, or None for the default."
+    )
     name = field_names(dataset)[0]
     require(name != "Q", "Waves are followed in stresses, not in displacements; run the chain with form='stresses'.")
     grid = grid_of(dataset)

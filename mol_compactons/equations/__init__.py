@@ -1,4 +1,4 @@
-"""Equations: each is one flux in one of two roles, with its invariants and the shape of its compactons."""
+"""Equations: each is a flux, one-way or two-way, perhaps with a source, with what it conserves and its compactons."""
 
 from mol_compactons.equations.base import CosinePower, Derivative, Equation, Linearization
 from mol_compactons.equations.custom import CustomEquation

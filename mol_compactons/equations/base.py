@@ -168,9 +168,12 @@ class Equation(Settings):
     def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
         """The densities of the conserved quantities of a state of shape (components, N): by default u and, two-way, v.
 
+        With a source only Int u of a two-way equation is conserved.
+
         A density that has parts, like the potential and the kinetic energy, is an array of these, shape (parts, N).
         """
-        return {} if self.has_source else dict(zip(("mass", "momentum"), state, strict=False))
+        known = state[: int(self.two_way)] if self.has_source else state
+        return dict(zip(("mass", "momentum"), known, strict=False))
 
     def invariants(self, state: Array, spacing: float, second_difference: SecondDifference) -> dict[str, float]:
         """The conserved quantities of a state, as sums of their densities over the grid."""
@@ -183,9 +186,9 @@ class Equation(Settings):
         return {name: spacing * float(np.abs(density).sum()) for name, density in densities.items()}
 
     def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
-        """What else is worth a number along t, though it is not conserved: by default, with a source, Int u and Int v."""
-        sums = zip(("mass", "momentum"), state, strict=False) if self.has_source else ()
-        return {name: spacing * float(component.sum()) for name, component in sums}
+        """What else is worth a number along t, though it is not conserved: by default the integrals that a source changes."""
+        name = "momentum" if self.two_way else "mass"
+        return {name: spacing * float(state[-1].sum())} if self.has_source else {}
 
 
 def check_terms(equation: Equation, grid: Grid) -> None:

@@ -180,14 +180,8 @@ class CustomEquation(Equation):
 
     def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
         """Those of what is conserved, of a state of shape (components, N)."""
-        if not self.source:
-            return super().densities(state, second_difference) | self._energy(state, second_difference)
-        return {"mass": state[0]} if self.two_way else {}
-
-    def diagnostics(self, state: Array, spacing: float) -> dict[str, float]:
-        """With a source, the integrals that would be conserved without it."""
-        names = ("mass", "momentum")[int(self.two_way) : len(state)] if self.source else ()
-        return {name: spacing * float(state[-1].sum()) for name in names}
+        integrals = super().densities(state, second_difference)
+        return integrals if self.source else integrals | self._energy(state, second_difference)
 
     def _energy(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
         flux = self.dispersive_flux

@@ -127,8 +127,9 @@ def write_tree(tree: xr.DataTree, path: str | Path) -> None:
     try:
         tree.to_netcdf(part, engine="netcdf4")
         part.replace(path)
-    except OSError as error:
-        raise InputError(f"{path} cannot be written ({error.strerror or error}); choose another place.") from None
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path} cannot be written ({reason}); choose another place.") from None
     finally:
         part.unlink(missing_ok=True)
 
@@ -150,7 +151,7 @@ def check_target(path: Path, overwrite: bool) -> None:
     )
 
 
-def open_result(path: Path) -> xr.Dataset:
+def open_result(path: str | Path) -> xr.Dataset:
     """A result file, opened lazily; tried again for a while, since a run may be in the middle of writing it.
 
     Raises
@@ -160,6 +161,7 @@ def open_result(path: Path) -> xr.Dataset:
     """
     import xarray
 
+    path = Path(path)
     require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
     for attempt in range(OPENING_ATTEMPTS):
         try:
@@ -170,11 +172,13 @@ def open_result(path: Path) -> xr.Dataset:
                 raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
         time.sleep(0.2)
     missing = [name for name in ("simulation", "status", "title") if name not in dataset.attrs]
+    if missing:
+        dataset.close()
     require(not missing, f"{path} is not a result of mol_compactons: it has no attribute {', '.join(map(repr, missing))}.")
     return dataset
 
 
-def open_study(path: Path) -> xr.DataTree:
+def open_study(path: str | Path) -> xr.DataTree:
     """A study of `mol_compactons.converge` from its file, opened lazily.
 
     Raises

@@ -163,7 +163,7 @@ def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
     other = simulation.scheme.independent_alternative(simulation.equation, simulation.grid)
     try:
         if other is not None:
-            other.discretize(simulation.equation, simulation.grid)
+            other.with_viscosity(*simulation.scheme.viscosities).discretize(simulation.equation, simulation.grid)
     except InputError:
         other = None
     return (simulation.scheme,) if other is None else (simulation.scheme, other)

@@ -18,16 +18,16 @@ DATA = Path(__file__).parent.parent / "data"
 EQUATION, CHAIN = DATA / "version_0_1_0_equation.nc", DATA / "version_0_1_0_chain.nc"
 
 
-@pytest.mark.parametrize("path", [EQUATION, CHAIN])
-def test_they_repeat(path: Path) -> None:
-    """To round-off: the sums of a kernel may be ordered otherwise on another machine."""
+@pytest.mark.parametrize(("path", "accuracy"), [(EQUATION, 1e-4), (CHAIN, 1e-9)])
+def test_they_repeat(path: Path, accuracy: float) -> None:
+    """With fixed steps to round-off, for sums may be ordered otherwise elsewhere; with a tolerance to what it allows."""
     with xr.open_dataset(path) as before:
         assert "format" not in before.attrs
         after = run(Simulation.from_json(before.attrs["simulation"]))
         assert after.attrs["status"] == before.attrs["status"] == "complete"
         for name in before.data_vars:
             scale = float(np.abs(before[name]).max())
-            assert np.abs(after[name].values - before[name].values).max() <= 1e-9 * scale
+            assert np.abs(after[name].values - before[name].values).max() <= accuracy * scale
 
 
 def test_they_say_what_they_are() -> None:

@@ -104,11 +104,9 @@ def test_the_attributes_hold_the_simulation_and_its_waves() -> None:
     ("equation", "first"),
     [(GranularCompacton(3), "Vladimirov"), (Nesterenko(3), "Nesterenko"), (RosenauHyman(2, 2), "Rosenau")],
 )
-def test_the_publication_of_the_equation_comes_first_and_the_paper_once(equation: Any, first: str) -> None:
+def test_the_reference_is_that_of_the_equation_or_else_the_paper(equation: Any, first: str) -> None:
     simulation = Simulation(equation, Grid(60, 120), [Compacton(1, 20)], t_end=1, scheme=CompactScheme())
-    references = attributes(simulation)["references"].split("; ")
-    assert references[0].startswith(first)
-    assert [text.startswith("Vladimirov") for text in references].count(True) == 1
+    assert attributes(simulation)["references"].startswith(first)
 
 
 def test_the_source_names_the_program_and_every_library_with_its_version() -> None:

@@ -133,6 +133,6 @@ class Least(Scheme):
 def test_what_a_scheme_does_not_say_has_a_default() -> None:
     assert Least().formal_order == 2
     assert Least().viscosities == (0.0, 0.0)
-    assert Least().label == "Least()"
+    assert Least().label == f"{__name__}:Least()"
     assert Least.default_for(GranularCompacton(2), GRID, 1.0) == Least()
     assert Least.as_check_of(ConservativeScheme(), GranularCompacton(2), GRID) == (0.0, Least())

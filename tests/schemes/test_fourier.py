@@ -130,7 +130,5 @@ def test_krylov_is_for_it_alone() -> None:
     system = ConservativeScheme().discretize(GranularCompacton(2), Grid(length=30, size=50))
     with pytest.raises(InputError, match="'krylov' is for schemes without a banded Jacobian"):
         CVODE(linear_solver="krylov").check_system(system)
-    with pytest.raises(
-        InputError, match="GranularCompacton without a source on a Grid, not for RosenauHyman"
-    ):
+    with pytest.raises(InputError, match="GranularCompacton without a source on a Grid, not for RosenauHyman"):
         FourierScheme().discretize(RosenauHyman(2, 2), Grid(10, 20))
