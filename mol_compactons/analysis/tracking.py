@@ -91,16 +91,7 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
     """
     import xarray as xr
 
-    require(
-        "simulation" in dataset.attrs and len(field_names(dataset)) > 0,
-        "There is no field to follow waves in; give a result of run(), not a study or tracks.",
-    )
-    require(dataset.sizes["t"] > 0, "The result holds no frame; give one of a run that has begun.")
-    require(
-        least_height is None or least_height > 0, f"least_height = {least_height} must be positive, or None for the default."
-    )
-    name = field_names(dataset)[0]
-    require(name != "Q", "Waves are followed in stresses, not in displacements; run the chain with form='stresses'.")
+    name = _field_to_follow(dataset, least_height)
     grid = grid_of(dataset)
     times, frames = dataset["t"].values, dataset[name].values
     waves = _waves_at_start(outlines_of(dataset), grid, times, frames, least_height)
@@ -137,6 +128,21 @@ def track(dataset: xr.Dataset, *, least_height: float | None = None) -> xr.Datas
             "lost": _lost(waves, times, position, grid.length),
         },
     )
+
+
+def _field_to_follow(dataset: xr.Dataset, least_height: float | None) -> str:
+    """The field whose waves are followed, of a result in which there are any."""
+    require(
+        "simulation" in dataset.attrs and len(field_names(dataset)) > 0,
+        "There is no field to follow waves in; give a result of run(), not a study or tracks.",
+    )
+    require(dataset.sizes["t"] > 0, "The result holds no frame; give one of a run that has begun.")
+    require(
+        least_height is None or least_height > 0, f"least_height = {least_height} must be positive, or None for the default."
+    )
+    name = field_names(dataset)[0]
+    require(name != "Q", "Waves are followed in stresses, not in displacements; run the chain with form='stresses'.")
+    return name
 
 
 def _lost(waves: list[_Wave], times: Array, position: Array, length: float) -> str:

@@ -26,25 +26,9 @@ from mol_compactons import (
     Wave,
     run,
 )
+from tests.burgers_texts import MODULE, REPEAT
 
 Fresh = Callable[..., "CompletedProcess[str]"]
-
-MODULE = '''
-from dataclasses import dataclass
-from mol_compactons import *
-
-@dataclass(frozen=True)
-class Burgers(Equation):
-    """u_t + (u^2 / 2 - nu u_x)_x = 0"""
-    nu: float = {nu}
-    variables = ("u",)
-
-    def local_flux(self, t, x, state, derivative):
-        return state[0] ** 2 / 2 - self.nu * derivative(state[0], 1)
-
-simulation = Simulation(Burgers(), Grid(10, 40), [Uniform(1), Ripple(0.1, periods=1)], t_end=0.1, frames=2)
-'''
-REPEAT = ("-m", "mol_compactons", "run", "first.nc", "-o", "again.nc", "--overwrite", "--quiet")
 
 
 def burgers(**more: Any) -> type[Any]:
