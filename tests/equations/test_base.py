@@ -149,7 +149,8 @@ class Answering(Equation):
         return cast(Array, answers[self.flux])
 
     def local_source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
-        return {"none": None, "sound": -state[0], "short": state[0, :1]}[self.source]
+        answers: dict[str, Array | None] = {"none": None, "sound": -state[0], "short": state[0, :1]}
+        return answers[self.source]
 
 
 def test_what_a_flux_or_a_source_returns_is_checked() -> None:
@@ -183,7 +184,7 @@ class Driven(Local):
     """The same with a source."""
 
     def local_source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
-        return -state[1]
+        return np.asarray(-state[1])
 
 
 def test_what_a_source_changes_is_a_diagnostic() -> None:
