@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from mol_compactons.chain import kernels
+from mol_compactons.chain.family import ChainShape, chain_shape, chain_speed
 from mol_compactons.chain.law import Array, ContactLaw
 from mol_compactons.equations.base import CosinePower, Equation
 from mol_compactons.equations.nesterenko import REFERENCE
@@ -111,6 +112,26 @@ class GranularChain(Equation):
         """The compacton of Nesterenko's equation with a = 1: the data of the paper for the chain, not its exact wave."""
         self.check_sign(sign)
         return self.law.continuum.compacton(speed, sign)
+
+    def solitary_shape(self, height: float, sign: int = 1) -> ChainShape | None:
+        """The shape of the exact solitary wave of a height; None where `solitary_profile` has none for this chain."""
+        law = self._law_on_the_side(sign)
+        return None if law is None else chain_shape(*law, self.checked_height(height), sign)
+
+    def solitary_speed(self, height: float, sign: int = 1) -> float | None:
+        """Its speed V > 0, to either side."""
+        law = self._law_on_the_side(sign)
+        return None if law is None else chain_speed(*law, self.checked_height(height))
+
+    def _law_on_the_side(self, sign: int) -> tuple[float, float, float, float] | None:
+        """n, A, B and the static stress of equal contacts under compression or tension; None where there is no wave."""
+        coefficients = self.law.coefficients
+        if coefficients is None or self.masses or self.strengths or not self.law.resists(sign):
+            return None
+        if sign < 0 and self.compression:
+            return None
+        plus, minus, n, linear = coefficients
+        return n, (plus if sign > 0 else -minus), linear, float(self.static_stress(1)[0])
 
     def check_sign(self, sign: int) -> None:
         """Refuse waves of a sign for which there is no restoring nonlinear force."""

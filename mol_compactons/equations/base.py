@@ -26,6 +26,10 @@ SecondDifference = Callable[[Array], Array]
 """Maps the values of a function on the grid to an approximation of its second derivative there."""
 
 
+LARGEST_MISMATCH = 1e-6
+"""How far the height of a compacton may be from that whose speed it has, relative to it."""
+
+
 class Derivative(Protocol):
     """The differences that a scheme takes for derivatives in space."""
 
@@ -48,6 +52,28 @@ class Linearization(Protocol):
 
     def source(self, t: float, x: Array, state: Array) -> Array | None:
         """The same for the source, with a reach of its own; None for none."""
+
+
+class SolitaryShape(Protocol):
+    """The shape of a solitary wave, even about its centre: the shape of a compacton, or the exact wave of a chain."""
+
+    @property
+    def amplitude(self) -> float:
+        """The height at the centre, negative for a dark wave."""
+
+    @property
+    def width(self) -> float:
+        """The length of the support or, where there is none, the distance between the thousandths of the height."""
+
+    @property
+    def half_width(self) -> float:
+        """The width at half the height."""
+
+    def __call__(self, z: Array) -> Array:
+        """The profile at the distances z from the centre, same shape."""
+
+    def slope(self, z: Array) -> Array:
+        """Its derivative, same shape."""
 
 
 class Equation(Settings):
@@ -151,6 +177,61 @@ class Equation(Settings):
         """The speed of the compacton of a height, which is positive; None where there is none of closed form."""
         return None
 
+    def solitary_shape(self, height: float, sign: int = 1) -> SolitaryShape | None:
+        """The shape of the solitary wave of a height, by which waves are recognised and measured.
+
+        By default that of the compacton, where `compacton` and `compacton_speed` are known.
+
+        Parameters
+        ----------
+        height : float
+            The largest size of the wave, positive.
+        sign : {1, -1}
+            Bright or dark.
+
+        Returns
+        -------
+        SolitaryShape or None
+            None where there is none known.
+
+        Raises
+        ------
+        InputError
+            If the height is not positive, or the two methods contradict each other.
+        """
+        found = self._compacton_of(height, sign)
+        return None if found is None else found[1]
+
+    def solitary_speed(self, height: float, sign: int = 1) -> float | None:
+        """The speed of that wave; of waves that go both ways its size; None where there is none known.
+
+        Parameters and errors are those of `solitary_shape`.
+        """
+        found = self._compacton_of(height, sign)
+        return None if found is None else found[0]
+
+    def _compacton_of(self, height: float, sign: int) -> tuple[float, CosinePower] | None:
+        """Speed and shape of the compacton of a height."""
+        size = self.compacton_speed(self.checked_height(height))
+        for speed in () if size is None else (size, -size):
+            try:
+                shape = self.compacton(speed, sign)
+            except InputError:
+                continue
+            require(
+                abs(shape.amplitude - sign * height) <= LARGEST_MISMATCH * height,
+                f"{type(self).__name__}.compacton_speed({height:g}) is {size:g}, but the compacton of this speed has the "
+                f"height {shape.amplitude:g}; let the two methods be inverse to each other.",
+            )
+            return speed, shape
+        return None
+
+    @staticmethod
+    def checked_height(height: float) -> float:
+        """The height, if it is one."""
+        require(0 < height < math.inf, f"The height of a solitary wave is positive, not {height:g}; a dark one has sign=-1.")
+        return height
+
     def travelling_state(self, shape: Any, z: Array, speed: float) -> Array:
         """The state of a wave of a shape and speed at the distances z from its centre, shape (components, N)."""
         profile = shape(z)
@@ -225,6 +306,11 @@ class CosinePower:
     def width(self) -> float:
         """The length of the support, pi / K, nondimensional."""
         return math.pi / self.wavenumber
+
+    @property
+    def half_width(self) -> float:
+        """The width at half the height, (2 / K) arccos 2^(-1 / gamma)."""
+        return 2 / self.wavenumber * math.acos(0.5 ** (1 / self.exponent))
 
     def __call__(self, z: Array) -> Array:
         """The profile at the distances z from the centre, same shape."""

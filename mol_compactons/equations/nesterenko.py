@@ -121,6 +121,10 @@ class Nesterenko(Equation):
         )
         return CosinePower(sign * height, (n - 1) / (n + 1) / math.sqrt(self.dispersion), 2 / (n - 1))
 
+    def compacton_speed(self, height: float) -> float:
+        """V = sqrt(c0^2 + 2 C M^(n-1) / (n+1)), to either side."""
+        return math.hypot(self.sound_speed, math.sqrt(2 * self.stiffness * height ** (self.n - 1) / (self.n + 1)))
+
     def travelling_state(self, shape: Any, z: Array, speed: float) -> Array:
         """S and v = V S of a wave, shape (2, N); a dark one only for an odd whole n, since grains in tension have no force."""
         state = super().travelling_state(shape, z, speed)

@@ -9,9 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mol_compactons import GranularCompacton, Grid, InputError, Nesterenko, PowerLawEquation, RosenauHyman
+from mol_compactons import Grid, InputError, PowerLawEquation
 from mol_compactons.configuration import Settings, hints_of
-from mol_compactons.equations import CosinePower, Derivative, Equation, Flux, PowerLaw
+from mol_compactons.equations import (
+    CosinePower,
+    Derivative,
+    Equation,
+    Flux,
+    GranularCompacton,
+    Nesterenko,
+    PowerLaw,
+    RosenauHyman,
+)
 from mol_compactons.equations.base import check_terms, compacton_height
 from tests.systems import Array
 
@@ -207,3 +216,50 @@ def test_every_field_is_checked(equation: Settings) -> None:
     for name in hints_of(type(equation)):
         with pytest.raises(InputError, match=rf"{type(equation).__name__}\.{name}"):
             replace(equation, **{name: "?"})  # type: ignore[type-var]
+
+
+@given(st.floats(1.2, 5), st.floats(1e-6, 1e6), st.sampled_from([1, -1]))
+def test_a_height_has_the_shape_and_the_speed_of_its_compacton(n: float, height: float, sign: int) -> None:
+    for equation in (
+        GranularCompacton(n),
+        RosenauHyman(n, n, absolute=True),
+        Nesterenko(n, strength=2.0),
+        RosenauHyman(2, 2),
+        RosenauHyman(3, 3),
+    ):
+        shape, speed = equation.solitary_shape(height, sign), equation.solitary_speed(height, sign)
+        assert shape is not None
+        assert speed is not None
+        assert shape == equation.compacton(speed, sign)
+        assert shape.amplitude == pytest.approx(sign * height, rel=1e-9)
+        assert float(shape(np.array([shape.half_width / 2]))[0]) == pytest.approx(sign * height / 2, rel=1e-9)
+    assert (RosenauHyman(2, 2).solitary_speed(height, -1) or 0) < 0 < (RosenauHyman(3, 3).solitary_speed(height, -1) or 0)
+
+
+def test_sound_makes_waves_of_nesterenko_faster() -> None:
+    equation = Nesterenko(3, prestress=0.5)
+    speed = equation.solitary_speed(1.1)
+    assert speed is not None
+    assert speed**2 == pytest.approx(0.5 + 2 * 1.1**2 / 4)
+    assert equation.compacton(-speed, -1).amplitude == pytest.approx(-1.1)
+
+
+def test_an_equation_without_compactons_has_no_shape() -> None:
+    assert RosenauHyman(3, 2).solitary_shape(1.0) is None
+    assert RosenauHyman(3, 2).solitary_speed(1.0) is None
+
+
+@dataclass(frozen=True)
+class Contradiction(GranularCompacton):
+    """Its speed does not belong to its height."""
+
+    def compacton_speed(self, height: float) -> float:
+        return 2 * super().compacton_speed(height)
+
+
+def test_methods_that_contradict_each_other_are_refused() -> None:
+    with pytest.raises(InputError, match=r"Contradiction.compacton_speed\(1\) is 1, but the compacton of this speed has"):
+        Contradiction(3).solitary_shape(1.0)
+    for height in (0.0, -1.0, np.inf, np.nan):
+        with pytest.raises(InputError, match="The height of a solitary wave is positive"):
+            GranularCompacton(3).solitary_speed(height)
