@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from mol_compactons import (
+    ChainCompacton,
     Compacton,
     GranularChain,
     Lattice,
@@ -16,6 +19,8 @@ from mol_compactons import (
     run,
 )
 from mol_compactons.figures import side_by_side
+
+RATES: Any = ("derivative", "site_difference")
 
 
 def test_dots_on_a_line_at_each_time_and_their_distance() -> None:
@@ -46,3 +51,31 @@ def test_dots_on_a_line_at_each_time_and_their_distance() -> None:
     assert second.get_title() == "t = 1.5"
     assert np.array_equal(np.asarray(last.lines[0].get_ydata()), comparison.distance.values)
     figure.canvas.draw()
+
+
+def test_several_chains_beside_one_continuum() -> None:
+    """Each with its dots, its own colour and its distance."""
+    chains = [
+        Simulation(
+            equation=GranularChain(PowerContact(3), ends="held"),
+            grid=Lattice(40),
+            scheme=NearestNeighbours(),
+            initial=[ChainCompacton(speed=1, center=10.3, rate=rate)],
+            t_end=2,
+            frames=5,
+            integrator=Symplectic(step=0.05),
+        )
+        for rate in RATES
+    ]
+    continuum = run(continuum_of(chains[0]))
+    comparisons = {f"by {rate}": compare(run(chain), continuum) for rate, chain in zip(RATES, chains, strict=True)}
+    first, second, last = side_by_side(comparisons, continuum, times=(0, 1.5)).axes
+    legend = first.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["continuum", *comparisons]
+    assert len({str(line.get_color()) for line in first.lines}) == 3
+    dots = [np.asarray(line.get_ydata()) for line in second.lines[1:]]
+    for drawn, distance, comparison in zip(dots, last.lines, comparisons.values(), strict=True):
+        assert np.array_equal(drawn, comparison.R.values[3])
+        assert np.array_equal(np.asarray(distance.get_ydata()), comparison.distance.values)
+    assert np.abs(dots[0] - dots[1]).max() > 0.1
