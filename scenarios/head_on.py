@@ -1,12 +1,14 @@
 """Two equal exact solitary waves of the Hertz chain meet head on: a phase shift, and secondary waves are born.
 
-They are no solitons. By symmetry both fare alike: each comes out about 0.36 sites ahead of its free flight. The secondary
-waves depend on whether they meet at a contact or at a grain; the energy of a wave of the height r goes as r^(n+1).
+They are no solitons. By symmetry both fare alike: each comes out ahead of its free flight. Where they meet at a contact they
+come out 0.356 sites ahead, where they meet at a grain 0.360. What is lost depends on the place too: the energy of a wave of
+the height r goes as r^(n+1), and each loses 0.3 % of it at a contact, 0.04 % at a grain, which the secondary waves carry away.
 """
 
 from dataclasses import replace
 
 import numpy as np
+import xarray as xr
 
 from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
 
@@ -21,18 +23,28 @@ simulation = Simulation(
     integrator=Symplectic(step=0.02),
 )
 
+PLACES = {"a contact": 120.0, "a grain": 120.5}
+"""Where they meet: contact k has the coordinate k, the grain between the contacts k and k + 1 the coordinate k + 1/2."""
+
+
+def meeting(place: float) -> Simulation:
+    """The same, but meeting at a place."""
+    return replace(simulation, initial=[SolitaryWave(speed=1, center=place - 60), SolitaryWave(speed=-1, center=place + 60)])
+
+
+def lost_energy(collision: xr.Dataset) -> np.ndarray:
+    """Which share of its energy each wave has lost, by its height."""
+    return np.asarray(1 - (collision.height_after / collision.height_before).values ** (5 / 2))
+
+
 if __name__ == "__main__":
     from mol_compactons.analysis.collisions import first_collision
-    from mol_compactons.analysis.peaks import peaks
     from mol_compactons.analysis.tracking import track
     from mol_compactons.figures import overview
 
-    for center, place in ((60.5, "a grain"), (60, "a contact")):
-        waves = [SolitaryWave(speed=1, center=center), SolitaryWave(speed=-1, center=center + 120)]
-        dataset = run(replace(simulation, initial=waves), "head_on.nc", overwrite=True)
+    for name, place in PLACES.items():
+        dataset = run(meeting(place), "head_on.nc", overwrite=True)
         collision = first_collision(track(dataset))
-        print(f"they meet at {place}: phase shifts {collision.phase_shift.values.round(3)}")
-        heights = np.sort(peaks(dataset.R.values[-1], simulation.grid, 1, 0.01)[1])[::-1]
-        share = (heights[2] / heights[0]) ** (5 / 2)
-        print(f"  largest secondary wave: {heights[2]:.3f} high, against {heights[0]:.3f}; {share:.1e} of the energy")
+        shifts, losses = collision.phase_shift.values.round(4), 100 * lost_energy(collision)
+        print(f"they meet at {name}: phase shifts {shifts}, energy lost {losses.round(3)} %")
     overview(dataset).savefig("head_on.png")

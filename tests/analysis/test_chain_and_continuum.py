@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import (
+    ChainCompacton,
     Compacton,
     GranularChain,
     GranularCompacton,
@@ -46,6 +47,48 @@ def test_both_start_from_the_same_data(strength: float, n: float) -> None:
     assert float(comparison.distance[0]) < 1e-3
     assert comparison.continuum_position.values[0] == pytest.approx([10.3, 30], abs=1e-3)
     assert comparison.continuum.shape == comparison.R.shape
+
+
+@pytest.mark.parametrize("two_way", [False, True])
+@pytest.mark.parametrize(("strength", "n"), [(2.5, 1.5), (0.6, 3)])
+def test_place_height_width_and_profile_are_those_of_the_chain(strength: float, n: float, two_way: bool) -> None:
+    """In sites, whatever the units of the continuum: at first all are those of the compacton, at last all have moved."""
+    speed = strength**0.5
+    equation = GranularChain(PowerContact(n, strength=strength), ends="held")
+    simulation = replace(chain(strength, n), equation=equation, initial=[ChainCompacton(speed, 12.3)], t_end=1)
+    shape = equation.compacton(speed)
+    continuum = two_way_continuum_of(simulation) if two_way else continuum_of(simulation)
+    comparison = compare(run(simulation), run(continuum))
+    first, last = comparison.isel(t=0, wave=0), comparison.isel(t=-1, wave=0)
+    # A grid of one point for each site holds the wave as it stands, and no more.
+    coarse = 0.15 if two_way else 2e-3
+    assert float(first.continuum_position) == pytest.approx(12.3, abs=coarse)
+    assert float(first.continuum_height) == pytest.approx(shape.amplitude, rel=coarse)
+    assert float(first.continuum_width) == pytest.approx(shape.half_width, rel=coarse)
+    assert [float(first.position), float(first.height)] == pytest.approx([12.3, shape.amplitude], rel=0.1)
+    assert float(first.width) == pytest.approx(shape.half_width, rel=0.2)
+    assert comparison.continuum.values[0] == pytest.approx(shape(np.arange(40.0) - 12.3), abs=3e-3 * shape.amplitude)
+    assert float(last.continuum_position) == pytest.approx(12.3 + speed, abs=0.15 if two_way else 0.01)
+    assert float(last.position) == pytest.approx(12.3 + speed, abs=0.4)
+    norm = np.linalg.norm(comparison.R.values, axis=1)
+    expected = np.linalg.norm(comparison.R.values - comparison.continuum.values, axis=1) / norm
+    assert comparison.distance.values == pytest.approx(expected)
+    assert float(comparison.distance[0]) < 5e-3 < float(comparison.distance[-1])
+
+
+def test_a_continuum_is_as_long_and_runs_as_long_as_the_chain() -> None:
+    """In units of sqrt(beta) and sqrt(beta / A): beta = n / (6 (n+1)) is 1/10 for n = 3/2."""
+    simulation = chain(strength=2.5)
+    continuum = continuum_of(simulation, points_per_site=8)
+    assert continuum.grid.length == pytest.approx(40 * 10**0.5)
+    assert (continuum.grid.size, continuum.frames) == (320, simulation.frames)
+    assert continuum.t_end == pytest.approx(4 * 25**0.5)
+    waves = [(wave.speed, wave.center, wave.sign) for wave in continuum.initial]  # type: ignore[attr-defined]
+    assert waves == [pytest.approx((1, 10.3 * 10**0.5, 1)), pytest.approx((0.25, 30 * 10**0.5, -1))]
+    simulation = replace(simulation, initial=simulation.initial[:1])
+    own = two_way_continuum_of(simulation)
+    assert (own.grid.length, own.grid.size, own.t_end, own.frames) == (40, 40, 4, simulation.frames)
+    assert own.initial == simulation.initial
 
 
 @pytest.mark.parametrize("strength", [1.0, 2.5])
