@@ -18,6 +18,7 @@ from mol_compactons.analysis import (
     two_way_continuum_of,
 )
 from mol_compactons.chain import (
+    ChainCompacton,
     ContactLaw,
     GranularChain,
     Impact,
@@ -52,6 +53,7 @@ __all__ = [
     "CVODE",
     "IDA",
     "CentralScheme",
+    "ChainCompacton",
     "CompactScheme",
     "Compacton",
     "ConservativeScheme",

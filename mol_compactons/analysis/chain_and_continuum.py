@@ -121,7 +121,7 @@ def _compactons_of(simulation: Simulation) -> list[Compacton]:
         len(compactons) == len(simulation.initial),
         "Only chains that start with nothing but compactons have a continuum with the same data; give Compacton waves.",
     )
-    return compactons
+    return [Compacton(wave.speed, wave.center, wave.sign) for wave in compactons]
 
 
 def on_lattice(continuum: xr.Dataset, chain: str) -> xr.DataArray:

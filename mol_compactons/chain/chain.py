@@ -148,7 +148,9 @@ class GranularChain(Equation):
             f"A wave at center = {center:g} lies outside the chain, which reaches from 0 to {grid.size - 1}; move it inside.",
         )
 
-    def travelling_state(self, shape: Profile, z: Array, speed: float, velocity: Profile | None = None) -> Array:
+    def travelling_state(
+        self, shape: Profile, z: Array, speed: float, velocity: Profile | None = None, rate: Profile | None = None
+    ) -> Array:
         """The state of a wave, shape (2, N), from its stress and the velocity of its grains as functions of the distance.
 
         Parameters
@@ -162,6 +164,9 @@ class GranularChain(Equation):
         velocity : callable, optional
             The velocity of a grain; by default V times the stress there, as of a long wave. Rates of the stress are
             differences of it, and add up to zero on a ring.
+        rate : callable, optional
+            The rate of the stress, in place of a velocity of the grains. The last grain is at rest then, and the others have
+            the velocities that make these rates.
         """
         velocity = velocity or (lambda places: speed * shape(places))
         stress = shape(z)
@@ -172,14 +177,13 @@ class GranularChain(Equation):
             "pulse inside, or take a longer chain.",
         )
         if self.form == "stresses":
-            return np.array([stress, velocity(z - 0.5) - velocity(z + 0.5)])
+            return np.array([stress, rate(z) if rate else velocity(z - 0.5) - velocity(z + 0.5)])
         require(
             self.ends != "periodic" or abs(float(stress.sum())) <= 1e-9 * float(np.abs(stress).sum()),
             "A pulse shortens the chain and does not fit on a ring in displacements; choose form='stresses', or free ends.",
         )
-        shifted = np.append(stress[1:], 0.0)
-        displacement = np.cumsum(shifted[::-1])[::-1]
-        return np.array([displacement, velocity(z + 0.5) / self.inverse_masses(z.size)[: z.size]])
+        velocities = _sums_to_the_right(rate(z)) if rate else velocity(z + 0.5)
+        return np.array([_sums_to_the_right(stress), velocities / self.inverse_masses(z.size)])
 
     def check_state(self, state: Array) -> None:
         """Refuse states that no grains can be in."""
@@ -245,3 +249,8 @@ class GranularChain(Equation):
     def frequency_squared(self, wavenumber: float, stress: float) -> float:
         """omega^2 = F'(R0) 4 sin^2(k / 2) of small waves about a uniform stress R0 of a chain of equal grains."""
         return float(self.law.stiffness(np.array([stress]), np.ones(1))[0] * 4 * np.sin(wavenumber / 2) ** 2)
+
+
+def _sums_to_the_right(values: Array) -> Array:
+    """For each grain the sum over the contacts right of it, zero at the last: that of which these are the differences."""
+    return np.asarray(np.cumsum(np.append(values[1:], 0.0)[::-1])[::-1])
