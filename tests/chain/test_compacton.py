@@ -100,7 +100,7 @@ def test_in_displacements_it_is_the_same_wave() -> None:
     for form in ("stresses", "displacements"):
         # N stresses lie between N + 1 grains.
         own = masses if form == "displacements" else (1.0, *masses)
-        chain = GranularChain(PowerContact(3), ends="free", form=form, masses=own)  # type: ignore[arg-type]
+        chain = GranularChain(PowerContact(3), ends="free", form=form, masses=own)
         results.append(run(ring(equation=chain, grid=LATTICE, initial=[wave], t_end=5)))
     stresses, grains = results
     velocities = grains.p.values / np.array(masses)
