@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,14 @@ def test_masses_and_strengths_stand_where_their_grains_and_contacts_are(chain: G
         inverse = chain.inverse_masses(SIZE)
         kept = inverse[1:] if chain.form == "stresses" and chain.ends == "periodic" else inverse[inverse > 0]
         assert 1 / kept == pytest.approx(chain.masses)
+    if chain.strengths:
+        factors = chain.contact_strengths(SIZE)
+        bare = chain.form == "stresses" or chain.ends == "fixed"
+        # In displacements a contact has a place at both ends: on a ring it is one contact, and no contact at a free end.
+        assert factors[0 if bare or chain.ends == "periodic" else 1 :][:contacts] == pytest.approx(chain.strengths)
+        assert factors.size == SIZE + (0 if chain.form == "stresses" else 1)
+        if chain.form == "displacements" and chain.ends == "periodic":
+            assert factors[-1] == factors[0]
 
 
 def test_a_pulse_in_displacements_has_the_stresses_and_velocities_of_the_pulse() -> None:
@@ -137,3 +146,56 @@ def test_a_law_in_the_fields_of_the_chain_is_that_of_the_first_format() -> None:
     new = GranularChain.from_earlier(old)
     assert new == {"ends": "free", "law": {"type": "PowerContact", "kind": "one_sided", "n": 1.5, "strength": 2.0}}
     assert GranularChain.from_earlier(new) == new
+
+
+@pytest.mark.parametrize(("form", "last"), [("stresses", 59), ("displacements", 59)])
+def test_a_pulse_has_to_end_before_the_chain_does_on_both_sides(form: Any, last: int) -> None:
+    """A millionth of its height may stand at the first and the last contact, and no more."""
+    chain = GranularChain(PowerContact(3), ends="free", form=form)
+    half = chain.compacton(1).width / 2
+    for center in (half + 1e-9, last - half - 1e-9):
+        assert np.abs(Compacton(1, center).values(chain, Lattice(60))[0]).max() > 1
+    for center in (half - 1e-3, last - half + 1e-3):
+        with pytest.raises(
+            InputError, match=r"does not fit in the chain: at its ends the stress is .*; move the pulse inside"
+        ):
+            Compacton(1, center).values(chain, Lattice(60))
+
+
+@pytest.mark.parametrize("ends", ["fixed", "free"])
+def test_a_wave_may_stand_at_any_site_and_at_none_beyond(ends: Any) -> None:
+    chain = GranularChain(PowerContact(3), ends=ends)
+    for center in (0.0, 17.3, 59.0):
+        chain.check_center(center, Lattice(60))
+        GranularChain(PowerContact(3)).check_center(center - 200, Lattice(60))
+    for center in (-1e-6, 59.001):
+        with pytest.raises(InputError, match="lies outside the chain, which reaches from 0 to 59; move it inside"):
+            chain.check_center(center, Lattice(60))
+
+
+@pytest.mark.parametrize("ends", ["periodic", "fixed"])
+def test_rates_that_do_not_add_up_are_refused_whatever_their_sign(ends: Any) -> None:
+    """On a ring and between walls; a thousandth of their sizes is round-off of a run, two thousandths are not."""
+    chain = GranularChain(PowerContact(3), ends=ends)
+    rates = np.where(np.arange(40) % 2, 1.0, -1.0)
+    for sign in (1, -1):
+        chain.check_state(np.array([0 * rates, rates + sign * 0.9e-3]))
+        with pytest.raises(InputError, match="The rates R_t add up to"):
+            chain.check_state(np.array([0 * rates, rates + sign * 2e-3]))
+        for other in ("free", "held"):
+            replace(chain, ends=other).check_state(np.array([rates, rates + sign]))
+        state = np.array([rates + sign * 2e-3, 0 * rates])
+        if ends == "periodic":
+            chain.check_state(state)
+        else:
+            with pytest.raises(InputError, match="between walls, which do not move, they must add up to 0"):
+                chain.check_state(state)
+
+
+def test_small_waves_have_the_frequency_of_a_ring_of_springs() -> None:
+    """omega^2 = F'(R0) 4 sin^2(k/2): sound at long waves, 2 sqrt(F') at the shortest."""
+    chain = GranularChain(PowerContact(3, strength=2, linear=0.5))
+    stiffness = 6 * 0.7**2 + 0.5
+    assert chain.frequency_squared(np.pi, 0.7) == pytest.approx(4 * stiffness)
+    assert chain.frequency_squared(1e-4, 0.7) == pytest.approx(stiffness * 1e-8, rel=1e-6)
+    assert chain.frequency_squared(2 * np.pi / 3, 0.7) == pytest.approx(3 * stiffness)

@@ -97,7 +97,8 @@ def test_in_displacements_it_is_the_same_wave() -> None:
     """The grains have the velocities that make the rates, the last one is at rest, and the chain runs on alike."""
     masses = tuple(np.linspace(0.5, 2, 40))
     wave, results = ChainCompacton(1, 20.3), []
-    for form in ("stresses", "displacements"):
+    forms: Any = ("stresses", "displacements")
+    for form in forms:
         # N stresses lie between N + 1 grains.
         own = masses if form == "displacements" else (1.0, *masses)
         chain = GranularChain(PowerContact(3), ends="free", form=form, masses=own)

@@ -8,7 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mol_compactons import GranularChain, GranularCompacton, Grid, Impact, InputError, Lattice, PowerContact, Samples, run
+from mol_compactons import (
+    GranularChain,
+    GranularCompacton,
+    Grid,
+    Impact,
+    InputError,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Samples,
+    run,
+)
 from tests.chain.chains import ring
 
 FREE = GranularChain(PowerContact(1.5, kind="one_sided"), form="displacements", ends="free")
@@ -54,3 +65,13 @@ def test_a_blow_on_a_chain_of_parted_grains_carries_the_momentum_away() -> None:
 def test_bad_input_is_named(attempt: Callable[[], Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         attempt()
+
+
+def test_by_default_the_first_grain_alone_is_struck() -> None:
+    """With its own mass: m v and m v^2 / 2, the first of unequal ones."""
+    masses = (3.0, 0.5, *(1.0,) * 8)
+    chain = GranularChain(PowerContact(2), form="displacements", ends="free", masses=masses)
+    state = Impact(-2.0).values(chain, Lattice(10))
+    assert state.tolist() == [[0.0] * 10, [-6.0] + [0.0] * 9]
+    found = NearestNeighbours().discretize(chain, Lattice(10)).invariants(state)
+    assert found == pytest.approx({"momentum": -6.0, "energy": 6.0})

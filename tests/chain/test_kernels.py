@@ -117,3 +117,15 @@ def test_kicks_between_two_steps_are_joined_without_a_trace(chain: GranularChain
     for _ in range(count):
         system.split_steps(apart, 0.05, 1, drifts, kicks)
     assert np.allclose(together, apart, rtol=1e-11, atol=1e-13)
+
+
+@given(LAWS, st.floats(-3, 3), st.floats(0.3, 2))
+def test_stiffness_and_energy_of_a_contact_are_those_of_its_force(law: Any, z: float, strength: float) -> None:
+    """The slope of F, and the integral of F from 0 to z, both in closed form."""
+    plus, minus, n, linear = law
+    side, size = strength * (plus if z > 0 else minus), abs(z)
+    assert kernels.force(z, strength, law) == pytest.approx(side * size**n + linear * z, rel=1e-12, abs=1e-14)
+    slope = (side if z > 0 else -side) * n * size ** (n - 1) + linear
+    assert kernels.stiffness(z, strength, law) == pytest.approx(slope, rel=1e-12, abs=1e-14)
+    stored = (side if z > 0 else -side) * size ** (n + 1) / (n + 1) + linear * z * z / 2
+    assert kernels.energy(z, strength, law) == pytest.approx(stored, rel=1e-12, abs=1e-14)

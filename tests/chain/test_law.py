@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -143,3 +143,10 @@ def test_the_continuum_of_a_power_law_is_nesterenkos_equation() -> None:
 def test_bad_input_is_named(attempt: Callable[[], Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         attempt()
+
+
+@pytest.mark.parametrize("law", [PowerContact(1.5), PowerContact(2, 1.3, 0.5, "power")])
+def test_every_field_is_checked(law: PowerContact) -> None:
+    for name in ("n", "strength", "linear", "kind"):
+        with pytest.raises(InputError, match=rf"PowerContact\.{name} = '\?' must be"):
+            replace(law, **{name: "?"})  # type: ignore[arg-type]

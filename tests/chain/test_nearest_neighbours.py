@@ -134,3 +134,57 @@ def test_only_chains_are_taken() -> None:
         NearestNeighbours().discretize(GranularChain(PowerContact(2)), Grid(10, 20))
     assert NearestNeighbours().suits(GranularChain(PowerContact(2))) == 1
     assert NearestNeighbours().suits(GranularCompacton(2)) == 0
+
+
+@given(chains(), st.integers(0, 1000))
+def test_kinetic_energies_of_rates_are_those_of_the_grains(chain: GranularChain, seed: int) -> None:
+    """Of the velocities that make the rates: with walls and held ends at rest, on a ring and between free ends with the
+    momentum 0. The rest of the energy does not depend on the rates."""
+    chain = replace(chain, form="stresses")
+    if chain.masses:
+        random = np.random.default_rng(seed)
+        masses = tuple(random.uniform(0.5, 2, chain.grain_count(SIZE)))
+        chain = replace(chain, masses=masses, strengths=tuple(random.uniform(0.5, 2, SIZE)))
+    state, count = a_state(chain, seed), chain.grain_count(SIZE)
+    own = np.array(chain.masses) if chain.masses else np.ones(count)
+    velocities = -np.cumsum(state[1])
+    if chain.ends in ("free", "held"):
+        velocities = np.append(0.0, velocities)
+    elif chain.ends == "fixed":
+        velocities = velocities[:-1]
+    if chain.ends in ("periodic", "free"):
+        velocities = velocities - own @ velocities / own.sum()
+        assert abs(own @ velocities) < 1e-10
+    differences = -np.diff(velocities)
+    first = 0 if chain.ends in ("free", "held") else 1
+    assert differences == pytest.approx(state[1][first:][: differences.size], abs=1e-10)
+    rest = np.array([state[0], 0 * state[1]])
+    system = system_of(chain)
+    moving = system.invariants(state)["energy"] - system.invariants(rest)["energy"]
+    assert moving == pytest.approx(float(own @ velocities**2) / 2, rel=1e-9)
+
+
+@given(chains(), st.integers(0, 1000))
+def test_the_energy_counts_from_the_static_state(chain: GranularChain, seed: int) -> None:
+    """There it is zero and stationary: of states that are smaller by a factor it is smaller by its square."""
+    assume(chain.compression > 0)
+    system, state = system_of(chain), a_state(chain, seed)
+    state[1] = 0
+    assert system.invariants(0 * state)["energy"] == 0
+    small, smaller = (system.invariants(size * state)["energy"] for size in (2e-4, 1e-4))
+    assert small == pytest.approx(4 * smaller, rel=1e-2)
+    assert small > 0
+
+
+@given(chains(), st.integers(0, 1000))
+def test_sums_of_sizes_are_of_the_size_of_what_they_are_the_sizes_of(chain: GranularChain, seed: int) -> None:
+    system, state = system_of(chain), a_state(chain, seed)
+    assert system.magnitudes is not None
+    sums, sizes = system.invariants(state), system.magnitudes(state)
+    assert set(sums) == set(sizes)
+    for name, value in sums.items():
+        assert sizes[name] >= abs(value) * (1 - 1e-12)
+    if "momentum" in sums:
+        assert sizes["momentum"] == pytest.approx(np.abs(state[1]).sum())
+    if "mass" in sums:
+        assert [sums["mass"], sizes["mass"]] == pytest.approx([state[0].sum(), np.abs(state[0]).sum()])

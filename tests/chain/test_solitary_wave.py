@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -163,3 +166,49 @@ def test_it_is_a_wave_of_the_chain_alone() -> None:
     with pytest.raises(InputError, match="sign = 2 must be 1"):
         SolitaryWave(1, 1, 2)
     assert Compacton(1, 10).outline(GranularCompacton(3))[1] == pytest.approx(2 * np.pi)
+
+
+HERTZ: Any = PowerContact(1.5, strength=1.3)
+CASES = [
+    GranularChain(HERTZ),
+    GranularChain(PowerContact(3, strength=0.7)),
+    GranularChain(PowerContact(3, strength=0.7, linear=0.6)),
+    GranularChain(PowerContact(2, linear=0.4, kind="power")),
+    GranularChain(replace(HERTZ, kind="one_sided"), compression=0.4),
+    GranularChain(PowerContact(3, linear=0.5), compression=0.4),
+]
+
+
+@pytest.mark.parametrize("chain", CASES)
+@pytest.mark.parametrize("form", ["stresses", "displacements"])
+@pytest.mark.parametrize("center", [30.0, 30.37])
+def test_its_energies_are_those_of_the_chain_that_carries_it(chain: GranularChain, form: Any, center: float) -> None:
+    """Wherever its centre lies between the sites the sum is the same, and so is the momentum, V times the shortening."""
+    ends: Any = "held" if form == "stresses" else "free"
+    own, wave = replace(chain, form=form, ends=ends), SolitaryWave(1.9, center)
+    state, profile = wave.values(own, Lattice(61)), wave.profile(own)
+    found = NearestNeighbours().discretize(own, Lattice(61)).invariants(state)
+    assert min(profile.kinetic_energy, profile.potential_energy) > 0.05
+    assert found["energy"] == pytest.approx(profile.kinetic_energy + profile.potential_energy, rel=1e-8)
+    if form == "displacements":
+        assert found["momentum"] == pytest.approx(1.9 * profile.total_stress, rel=1e-9)
+        assert state[0, 0] == pytest.approx(profile.total_stress, rel=1e-9)
+        assert (state[1] ** 2).sum() > 0.05
+
+
+@pytest.mark.parametrize("chain", CASES)
+def test_the_kinetic_part_is_the_mean_over_the_places_between_the_sites(chain: GranularChain) -> None:
+    places = 30 + np.arange(8) / 8
+    own = replace(chain, form="displacements", ends="free")
+    momenta = [SolitaryWave(1.9, center).values(own, Lattice(61))[1] for center in places]
+    kinetic = SolitaryWave(1.9, 30).profile(own).kinetic_energy
+    assert np.mean([0.5 * p @ p for p in momenta]) == pytest.approx(kinetic, rel=1e-8)
+
+
+@pytest.mark.parametrize("chain", CASES)
+def test_its_widths_are_where_it_has_a_half_and_a_thousandth_of_its_height(chain: GranularChain) -> None:
+    profile = solitary_profile(chain, 1.9)
+    z = np.array([0, profile.half_width / 2, profile.width / 2, -profile.width / 2])
+    assert profile(z) == pytest.approx(profile.amplitude * np.array([1, 0.5, 1e-3, 1e-3]), rel=1e-9)
+    assert SolitaryWave(1.9, 5).outline(chain) == (profile.amplitude, profile.width)
+    assert profile.amplitude > profile(np.array([1e-3]))[0] > 0

@@ -1,14 +1,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, Literal, cast
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mol_compactons import Grid, InputError
+from mol_compactons import Grid, InputError, PowerLawEquation
+from mol_compactons.configuration import Settings, hints_of
 from mol_compactons.equations import (
     CosinePower,
     Derivative,
@@ -19,7 +21,7 @@ from mol_compactons.equations import (
     PowerLaw,
     RosenauHyman,
 )
-from mol_compactons.equations.base import compacton_height
+from mol_compactons.equations.base import check_terms, compacton_height
 from tests.systems import Array
 
 shapes = st.builds(
@@ -140,6 +142,80 @@ def test_a_travelling_wave_of_a_two_way_equation_moves_at_its_speed() -> None:
     one, two = Silent().travelling_state(shape, z, 1.5), Local().travelling_state(shape, z, 1.5)
     assert np.array_equal(one, shape(z)[None])
     assert np.array_equal(two, [shape(z), 1.5 * shape(z)])
+
+
+@dataclass(frozen=True)
+class Answering(Equation):
+    """Gives for its flux and its source what its fields say."""
+
+    flux: Literal["sound", "short", "complex", "list"] = "sound"
+    source: Literal["none", "sound", "short"] = "none"
+
+    variables = ("u",)
+
+    def local_flux(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array:
+        answers: Any = {"sound": state[0], "short": state[0, 1:], "complex": 1j * state[0], "list": list(state[0])}
+        return cast(Array, answers[self.flux])
+
+    def local_source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
+        answers: dict[str, Array | None] = {"none": None, "sound": -state[0], "short": state[0, :1]}
+        return answers[self.source]
+
+
+def test_what_a_flux_or_a_source_returns_is_checked() -> None:
+    check_terms(Answering(), GRID)
+    check_terms(Answering(source="sound"), GRID)
+    for equation, words in (
+        (Answering("short"), r"Answering\.local_flux returned ndarray of shape \(31,\); return .* of shape \(32,\)"),
+        (Answering("complex"), r"Answering\.local_flux returned ndarray"),
+        (Answering("list"), r"Answering\.local_flux returned list"),
+        (Answering(source="short"), r"Answering\.local_source returned ndarray of shape \(1,\)"),
+    ):
+        with pytest.raises(InputError, match=words):
+            check_terms(equation, GRID)
+
+
+def test_by_default_nothing_moves_at_zero_and_nothing_depends_on_time() -> None:
+    assert (Local().background, Local().depends_on_time, Silent().two_way) == (0.0, False, False)
+
+
+def test_sizes_of_what_is_conserved_do_not_cancel() -> None:
+    """u = cos x and v = 2 sin x: the integrals vanish, those of the sizes are 4 and 8."""
+    fine = Grid(length=2 * np.pi, size=4000)
+    state = np.array([np.cos(fine.x), 2 * np.sin(fine.x)])
+    sums, sizes = (of(state, fine.spacing, lambda values: values) for of in (Local().invariants, Local().magnitudes))
+    assert sums == pytest.approx({"mass": 0, "momentum": 0}, abs=1e-12)
+    assert sizes == pytest.approx({"mass": 4, "momentum": 8}, rel=1e-5)
+
+
+@dataclass(frozen=True)
+class Driven(Local):
+    """The same with a source."""
+
+    def local_source(self, t: float, x: Array, state: Array, derivative: Derivative) -> Array | None:
+        return np.asarray(-state[1])
+
+
+def test_what_a_source_changes_is_a_diagnostic() -> None:
+    state = np.array([1 + np.cos(GRID.x), 0.25 + np.sin(GRID.x)])
+    assert Driven().invariants(state, GRID.spacing, lambda values: values) == pytest.approx({"mass": 2 * np.pi})
+    assert Driven().diagnostics(state, GRID.spacing) == pytest.approx({"momentum": np.pi / 2})
+
+
+@pytest.mark.parametrize(
+    "equation",
+    [
+        GranularCompacton(2),
+        Nesterenko(2),
+        RosenauHyman(2, 2),
+        PowerLaw(1, 2),
+        PowerLawEquation(PowerLaw(1, 2), PowerLaw(1, 0), PowerLaw(1, 2)),
+    ],
+)
+def test_every_field_is_checked(equation: Settings) -> None:
+    for name in hints_of(type(equation)):
+        with pytest.raises(InputError, match=rf"{type(equation).__name__}\.{name}"):
+            replace(equation, **{name: "?"})  # type: ignore[type-var]
 
 
 @given(st.floats(1.2, 5), st.floats(1e-6, 1e6), st.sampled_from([1, -1]))

@@ -228,3 +228,30 @@ def test_it_is_an_equation() -> None:
     assert kdv(two_way=True, flux="u + 0*v").variables == ("u", "v")
     with pytest.raises(InputError, match="no compacton of closed form"):
         kdv().compacton(1.0)
+
+
+def test_the_linearization_is_the_derivative_of_flux_and_source() -> None:
+    """Cell by cell and component by component, against differences by the state."""
+    equation = CustomEquation("u*d1(u)**2 + d2(u)*d3(v) + x*v", "u*d2(v) - v", two_way=True)
+    stencils = {order: central(order, 4) for order in (1, 2, 3)}
+    coefficients = {order: stencil.scaled(0.25) for order, stencil in stencils.items()}
+    x, state, size = np.linspace(-1, 1, 16), random_state(2, 2, 16), 16
+    linear = equation.linearized(coefficients)
+    for term, diagonals in (
+        (equation.local_flux, linear.flux(0.0, x, state)),
+        (equation.local_source, linear.source(0.0, x, state)),
+    ):
+        assert diagonals is not None
+        reach = diagonals.shape[1] // 2
+        assert reach <= linear.reach
+        for component in range(2):
+            for place in range(size):
+                step = np.zeros((2, size))
+                step[component, place] = 1e-6
+                ahead, behind = (term(0.0, x, state + sign * step, difference) for sign in (1, -1))
+                expected = np.zeros(size)
+                for offset in range(-reach, reach + 1):
+                    cell = (place - offset) % size
+                    expected[cell] += diagonals[component, reach + offset, cell]
+                np.testing.assert_allclose((np.asarray(ahead) - behind) / 2e-6, expected, atol=1e-6)
+    assert kdv().linearized(coefficients).source(0.0, x, state[:1]) is None

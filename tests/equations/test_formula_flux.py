@@ -100,3 +100,22 @@ def test_whether_there_is_an_energy(text: str, kappa: float | None) -> None:
     flux = form(text)
     assert flux is not None
     assert flux.variational_constant == (None if kappa is None else pytest.approx(kappa, rel=1e-9))
+
+
+def test_terms_that_differ_in_a_number_alone_are_two() -> None:
+    flux = form("d2(sin(2*u)) - 3*d2(sin(5*u))")
+    assert flux is not None
+    a, b, g = values(flux)
+    assert b * g == pytest.approx(np.sin(2 * POINTS) - 3 * np.sin(5 * POINTS), abs=1e-13)
+    assert not a.any()
+    assert form("u**2*d2(u**2) + u**3*d2(u**3)") is None
+
+
+def test_the_energy_has_two_parts() -> None:
+    """u^2 + 3 u (u^2)_xx: A = u^3 / 3, kappa = 3/2, and (kappa / 2) g g_xx."""
+    flux = form("u**2 + 3*u*d2(u**2)")
+    assert flux is not None
+    second = np.cos(POINTS)
+    potential, dispersive = flux.energy_parts(POINTS, second)
+    assert potential == pytest.approx(POINTS**3 / 3, rel=1e-12)
+    assert dispersive == pytest.approx(0.75 * POINTS**2 * second, rel=1e-9)

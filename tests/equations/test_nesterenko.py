@@ -128,3 +128,24 @@ def test_the_coefficients_are_those_of_the_paper() -> None:
     assert equation.stiffness == pytest.approx(2.0 * 0.5**4)
     assert equation.dispersion == pytest.approx(3 * 0.25 / 24)
     assert equation.sound_speed == pytest.approx(np.sqrt(4.0 * 0.5**6))
+
+
+def test_mass_momentum_and_energy_of_a_smooth_state() -> None:
+    """S = 2 + cos x, v = 1 + 3 sin x, n = 3: Int v^2 / 2 = 11 pi / 2, Int S^4 / 4 = 227 pi / 16, Int S^2 S_x^2 = 17 pi / 4."""
+    equation = Nesterenko(n=3, strength=1.3, grain_distance=0.4, prestress=0.7)
+    x, wavenumbers = 2 * np.pi * np.arange(64) / 64, np.arange(33)
+    state = np.array([2 + np.cos(x), 1 + 3 * np.sin(x)])
+    found = equation.invariants(state, 2 * np.pi / 64, lambda values: np.fft.irfft(-(wavenumbers**2) * np.fft.rfft(values)))
+    stored = equation.stiffness * (227 / 16 - equation.dispersion * 17 / 4) + equation.sound_speed**2 * 9 / 2
+    assert found == pytest.approx({"mass": 4 * np.pi, "momentum": 2 * np.pi, "energy": np.pi * (stored + 11 / 2)}, rel=1e-13)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_wave_of_either_sign_moves_either_way_with_the_height_of_its_speed(sign: int) -> None:
+    """n = 3, c0 = 0.8: C M^2 / 2 = V^2 - c0^2."""
+    equation = Nesterenko(n=3, strength=1.3, prestress=0.64)
+    right, left = (equation.compacton(speed, sign) for speed in (1.7, -1.7))
+    assert right == left
+    assert sign * right.amplitude == pytest.approx(np.sqrt(2 * (1.7**2 - 0.64) / 1.3))
+    with pytest.raises(InputError, match=r"speed = -0\.5 is not faster than sound, 0\.8"):
+        equation.compacton(-0.5, sign)

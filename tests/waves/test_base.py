@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -9,17 +9,23 @@ from hypothesis import strategies as st
 
 from mol_compactons import (
     Compacton,
+    Equation,
+    Formula,
     GranularChain,
     GranularCompacton,
     Grid,
+    Impact,
     InputError,
     Lattice,
+    PeriodicWave,
     PowerContact,
     Ripple,
     Samples,
+    SolitaryWave,
     Uniform,
     Wave,
 )
+from mol_compactons.configuration import hints_of
 from mol_compactons.errors import require
 from mol_compactons.waves import LocalizedWave, superpose
 from tests.systems import Array
@@ -112,3 +118,55 @@ def test_waves_with_a_place_are_told_from_those_without() -> None:
     assert issubclass(LocalizedWave, Wave)
     kinds = {kind.__name__: issubclass(kind, LocalizedWave) for kind in (Compacton, Uniform, Ripple, Samples)}
     assert kinds == {"Compacton": True, "Uniform": False, "Ripple": False, "Samples": False}
+
+
+@dataclass(frozen=True)
+class Answer(Wave):
+    """Gives for its values what its field says."""
+
+    what: str
+
+    def values(self, equation: Equation, grid: Grid | Lattice, t: float = 0.0) -> Array:
+        sound = np.ones((1, grid.size))
+        answers = {
+            "sound": sound,
+            "nan": sound * np.nan,
+            "short": sound[:, 1:],
+            "complex": 1j * sound,
+            "whole": sound.astype(int),
+        }
+        return answers[self.what]
+
+
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        ("nan", r"Answer\.values returned NaN or infinity; return finite numbers"),
+        ("short", r"Answer\.values returned an array of shape \(1, 239\) .* of shape \(1, 240\)"),
+        ("complex", r"returned an array of shape \(1, 240\) and type complex128; return real numbers"),
+    ],
+)
+def test_what_a_wave_of_ones_own_returns_is_checked(what: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        superpose([Answer(what)], GranularCompacton(3), GRID)
+    assert superpose([Answer("sound"), Answer("whole")], GranularCompacton(3), GRID).tolist() == [[2.0] * 240]
+
+
+@pytest.mark.parametrize(
+    "wave",
+    [
+        Compacton(1, 2),
+        Uniform(1),
+        Ripple(1, 2),
+        Samples((1.0,)),
+        Formula("x"),
+        PeriodicWave(1, 1.2),
+        SolitaryWave(1, 2),
+        Impact(1),
+    ],
+)
+def test_every_field_is_checked(wave: Wave) -> None:
+    for name, hint in hints_of(type(wave)).items():
+        wrong: object = 5.5 if hint is str else {"?": "?"}
+        with pytest.raises(InputError, match=rf"{type(wave).__name__}\.{name}"):
+            replace(wave, **{name: wrong})  # type: ignore[type-var]

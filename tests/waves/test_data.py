@@ -194,7 +194,7 @@ def bad(text: str) -> Callable[[Path], Any]:
         ),
         (lambda folder: simulation(Samples(np.ones(9), places=np.arange(9) * 7.0)), "reach over 56"),  # type: ignore[arg-type]
         (lambda folder: simulation(Formula("1/(x - 20)")), "x = 20"),
-        (lambda folder: simulation(Formula("exp(x*x*x)")), "is not finite at x ="),
+        (lambda folder: simulation(Formula("exp(x*x*x)")), "is not finite at x = 9;"),
         (lambda folder: Formula("exp(-y)"), "'y'"),
         (lambda folder: simulation(Formula("x", second="x")), "is for equations with two components"),
         (
@@ -207,3 +207,24 @@ def test_bad_data_is_one_sentence(attempt: Callable[[Path], Any], words: str, tm
     with pytest.raises(InputError, match=words) as caught:
         attempt(tmp_path)
     assert str(caught.value).count("\n") == 0
+
+
+def test_formulas_of_two_components() -> None:
+    """The second is zero where none is given; parameters stand in both."""
+    equation, grid = Nesterenko(3), Grid(length=4, size=4, left=1)
+    both = Formula("a*x", second="x**2 - a", parameters={"a": 3}).values(equation, grid)
+    assert both.tolist() == [[3.0, 6.0, 9.0, 12.0], [-2.0, 1.0, 6.0, 13.0]]
+    assert Formula("x").values(equation, grid).tolist() == [[1.0, 2.0, 3.0, 4.0], [0.0] * 4]
+    assert Formula("2").values(GranularChain(PowerContact(2)), Lattice(3)).tolist() == [[2.0] * 3, [0.0] * 3]
+    with pytest.raises(InputError, match=r"Formula\.second = 'exp\(300\*x\)' is not finite at x = 3;"):
+        Formula("x", second="exp(300*x)").values(equation, grid)
+
+
+def test_samples_of_two_components_are_the_first_and_then_the_second() -> None:
+    numbers = np.arange(16.0)
+    for values in (numbers, numbers.reshape(2, 8)):
+        wave = Samples(values)  # type: ignore[arg-type]
+        assert wave.values(Nesterenko(3), Grid(8, 8)).tolist() == [list(range(8)), list(range(8, 16))]
+        assert wave.values(GranularChain(PowerContact(2)), Lattice(8)).tolist() == [list(range(8)), list(range(8, 16))]
+    with pytest.raises(InputError, match=r"holds 16 numbers at 3 places, .* give 16 numbers, or 2 for each of at least 5"):
+        Samples(numbers, places=(0, 1, 2)).values(Nesterenko(3), Grid(8, 8))  # type: ignore[arg-type]

@@ -88,6 +88,10 @@ def test_a_file_without_a_function_of_space_is_named(variables: object, variable
 
 
 def test_what_is_no_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"There is no file .*none\.csv; give a CSV file with the columns x, u"):
+        read_csv(tmp_path / "none.csv")
+    with pytest.raises(InputError, match="There is no file"):
+        read_csv(tmp_path)
     with pytest.raises(InputError, match="There is no file"):
         read_netcdf(tmp_path / "none.nc", "", None)
     (tmp_path / "text.nc").write_text("text")

@@ -54,3 +54,31 @@ def test_more_than_a_period_is_refused() -> None:
         InputError, match="The places of the samples reach over 8, from 0 to 8, but the period of the grid is 7"
     ):
         periodic(np.linspace(0, 8, 9), np.ones((1, 9)), Grid(LENGTH, 20))
+
+
+@pytest.mark.parametrize("length", [1e-4, 7.0, 1e4])
+def test_what_counts_as_even_is_relative_to_the_period(length: float) -> None:
+    """Places that are a ten-thousand-millionth of the period off are taken as the points; a millionth off they are not."""
+    grid, rows = Grid(length, 24), np.random.default_rng(1).normal(size=(2, 24))
+    off = np.where(np.arange(24) == 7, 1.0, 0.0) * length
+    assert np.array_equal(periodic(grid.x + 1e-10 * off, rows, grid), rows)
+    assert not np.array_equal(periodic(grid.x + 1e-6 * off, rows, grid), rows)
+
+
+@given(st.integers(3, 40).map(lambda half: 2 * half), st.integers(2, 5), st.integers(0, 100))
+def test_the_shortest_wave_goes_through_the_data_too(points: int, finer: int, seed: int) -> None:
+    """A little of it, as smooth data have, on a grid that holds the places: the data come back, to round-off."""
+    places = np.linspace(0, LENGTH, points, endpoint=False)
+    rows = np.random.default_rng(seed).normal(size=(2, 1)) + 3 + 5e-7 * (-1.0) ** np.arange(points)
+    found = periodic(places, rows, Grid(LENGTH, finer * points))
+    assert found[:, ::finer] == pytest.approx(rows, abs=1e-13)
+    assert np.ptp(found, axis=1) == pytest.approx([1e-6, 1e-6], rel=1e-6)
+
+
+def test_data_are_smooth_where_the_last_third_of_their_spectrum_is_gone() -> None:
+    """Of 30 points waves up to the 10th may be strong: they come back on a finer grid as cosines; the 11th is rough."""
+    places, grid = np.linspace(0, LENGTH, 30, endpoint=False), Grid(LENGTH, 90)
+    for periods, smooth in ((10, True), (11, False)):
+        found = periodic(places, np.cos(2 * np.pi * periods * places / LENGTH)[None], grid)[0]
+        exact = np.cos(2 * np.pi * periods * grid.x / LENGTH)
+        assert (np.abs(found - exact).max() < 1e-12) == smooth

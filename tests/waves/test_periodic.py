@@ -78,3 +78,18 @@ def test_bad_input_is_named() -> None:
         PeriodicWave(1, crest=1.2).period(RosenauHyman(2, 2))
     with pytest.raises(InputError, match="speed = -1 must be positive"):
         PeriodicWave(-1, crest=1.2)
+
+
+@pytest.mark.parametrize("n", [1.5, 2, 4])
+def test_the_profile_solves_the_equation_once_integrated(n: float) -> None:
+    """phi'' = c phi^((3-n)/(n+1)) - phi with spectral derivatives; crest and trough are where and as high as they are said."""
+    equation, wave = GranularCompacton(n), PeriodicWave(0.7, crest=0.93 * GranularCompacton(n).compacton(0.7).amplitude)
+    grid = Grid(length=2 * wave.period(equation), size=512)
+    profile = wave.values(equation, grid)[0]
+    phi = profile ** ((n + 1) / 2)
+    second = np.fft.irfft(-(grid.wavenumbers**2) * np.fft.rfft(phi), n=512)
+    assert np.abs(second - 0.7 * phi ** ((3 - n) / (n + 1)) + phi).max() < 1e-8
+    assert profile[0] == profile[256] == profile.max() == pytest.approx(wave.crest, rel=1e-12)
+    assert profile[128] == profile.min() == pytest.approx(wave.trough(equation), rel=1e-9)
+    with pytest.raises(InputError, match="sign = 2 must be 1 or -1"):
+        PeriodicWave(1, crest=1.2, sign=2)
