@@ -9,6 +9,7 @@ from importlib.metadata import version
 from mol_compactons import figures
 from mol_compactons.analysis import (
     ScalingMap,
+    check_up,
     compare,
     continuum_of,
     displacements,
@@ -93,6 +94,7 @@ __all__ = [
     "Uniform",
     "Wave",
     "__version__",
+    "check_up",
     "compare",
     "continuum_of",
     "converge",

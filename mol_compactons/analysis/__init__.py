@@ -1,6 +1,7 @@
 """What is made of a result: where its waves are, what collisions did to them, how well it kept what is conserved, and more."""
 
 from mol_compactons.analysis.chain_and_continuum import compare, continuum_of, two_way_continuum_of
+from mol_compactons.analysis.checkup import Finding, check_up
 from mol_compactons.analysis.collisions import first_collision
 from mol_compactons.analysis.displacements import displacements
 from mol_compactons.analysis.drift import drift
@@ -8,7 +9,9 @@ from mol_compactons.analysis.scaling import ScalingMap
 from mol_compactons.analysis.tracking import track
 
 __all__ = [
+    "Finding",
     "ScalingMap",
+    "check_up",
     "compare",
     "continuum_of",
     "displacements",

@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mol_compactons.cli.common import contents, cost, kept, save
-from mol_compactons.cli.scenarios import listing
+from mol_compactons.cli.common import add_import, contents, cost, kept, save
+from mol_compactons.cli.scenarios import import_module, listing
 from mol_compactons.cli.studies import print_study
 from mol_compactons.errors import InputError
 from mol_compactons.results.netcdf import check_target, open_result, open_study
@@ -26,6 +26,19 @@ def add_info(commands: Commands) -> None:
     parser = commands.add_parser("info", help="say what is in a result")
     parser.add_argument("result", metavar="FILE.nc")
     parser.set_defaults(handle=_info)
+
+
+def add_doctor(commands: Commands) -> None:
+    """The command doctor."""
+    parser = commands.add_parser(
+        "doctor",
+        help="say what of a result contradicts what is known",
+        description="One line for each thing looked at: its verdict, and what was seen beside what is known. The exit status "
+        "is 1 if anything contradicts what is known.",
+    )
+    parser.add_argument("result", metavar="FILE.nc")
+    add_import(parser)
+    parser.set_defaults(handle=_doctor)
 
 
 def add_plot(commands: Commands) -> None:
@@ -55,6 +68,18 @@ def _info(options: argparse.Namespace) -> None:
         for wave in simulation["initial"]:
             print(f"initial: {shown(wave)[:LONGEST_LINE]}")
         print(f"source: {dataset.attrs['source']}", dataset.attrs["history"], sep="\n")
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from mol_compactons.analysis.checkup import check_up
+
+    for module in options.imports:
+        import_module(module)
+    with open_result(Path(options.result)) as dataset:
+        findings = check_up(dataset)
+    for finding in findings:
+        print(f"{finding.verdict:12} {finding.check}: {finding.sentence}")
+    return int(any(finding.verdict == "contradicts" for finding in findings))
 
 
 def shown(part: Any) -> str:

@@ -10,7 +10,7 @@ from contextlib import nullcontext
 from importlib.metadata import version
 from typing import Any, NoReturn
 
-from mol_compactons.cli.looking import add_info, add_plot, add_scenarios
+from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_scenarios
 from mol_compactons.cli.running import add_run
 from mol_compactons.cli.studies import add_converge, add_stability
 from mol_compactons.errors import InputError, IntegrationError
@@ -31,17 +31,21 @@ def parser() -> Parser:
     main = Parser(prog="mol-compactons", description="Compacton equations by the method of lines.")
     main.add_argument("--version", action="version", version=f"%(prog)s {version('mol_compactons')}")
     commands: Any = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (add_run, add_info, add_plot, add_converge, add_stability, add_scenarios):
+    for add in (add_run, add_info, add_plot, add_doctor, add_converge, add_stability, add_scenarios):
         add(commands)
     return main
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status: 0 fine, 1 the solver gave up, 2 bad input, 130 interrupted."""
+    """Run the command line, and return the exit status.
+
+    That is 0 if all is fine, 1 if the solver gave up or a check-up found a contradiction, 2 for bad input, 130 if interrupted.
+    """
     options = parser().parse_args(arguments)
+    status: int | None = None
     try:
         with nullcontext() if getattr(options, "quiet", False) else announcing_compilation(_say_that_it_compiles):
-            options.handle(options)
+            status = options.handle(options)
         sys.stdout.flush()
     except InputError as error:
         print(f"mol-compactons: {error}", file=sys.stderr)
@@ -58,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 130
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
+    return status or 0
 
 
 def _say_that_it_compiles() -> None:

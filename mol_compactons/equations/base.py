@@ -232,6 +232,18 @@ class Equation(Settings):
         require(0 < height < math.inf, f"The height of a solitary wave is positive, not {height:g}; a dark one has sign=-1.")
         return height
 
+    def fastest_growth(self, state: Array, spacing: float) -> float:
+        """The largest rate at which the equation itself lets short waves on a grid grow; 0 where it is well-posed.
+
+        Parameters
+        ----------
+        state : array, shape (components, N)
+            The state that they run on.
+        spacing : float
+            The grid spacing h; the shortest wave number of the grid is pi / h.
+        """
+        return 0.0
+
     def travelling_state(self, shape: Any, z: Array, speed: float) -> Array:
         """The state of a wave of a shape and speed at the distances z from its centre, shape (components, N)."""
         profile = shape(z)

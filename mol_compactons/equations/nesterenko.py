@@ -142,6 +142,10 @@ class Nesterenko(Equation):
         dispersive = 1 - (self.grain_distance * wavenumber) ** 2 / 12
         return float(wavenumber**2 * (stiffness * dispersive + self.sound_speed**2))
 
+    def fastest_growth(self, state: Array, spacing: float) -> float:
+        """The growth rate sqrt(-omega^2) at the shortest wave number of the grid, pi / h, about the largest stress."""
+        return math.sqrt(max(0.0, -self.frequency_squared(math.pi / spacing, float(np.abs(state[0]).max()))))
+
     def densities(self, state: Array, second_difference: SecondDifference) -> dict[str, Array]:
         """Those of mass, momentum and energy, of a state of shape (2, N)."""
         stress, velocity = state

@@ -72,3 +72,21 @@ def test_a_picture_format_that_does_not_exist_is_named(capsys: pytest.CaptureFix
     assert main(["plot", "one.nc", "-o", "one.xyz"]) == 2
     assert "png" in capsys.readouterr().err
     assert not Path("one.xyz").exists()
+
+
+def test_doctor_says_a_line_for_each_thing_and_fails_where_something_contradicts(
+    result: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["doctor", result]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "agrees       status: 6 frames to t = 0.5 of 0.5, complete."
+    assert {line.split()[0] for line in lines} <= {"agrees", "doubtful"}
+    with xr.open_dataset(result) as dataset:
+        broken = dataset.load().copy(deep=True)
+    broken.W[3] = float("nan")
+    broken.to_netcdf("broken.nc")
+    assert main(["doctor", "broken.nc"]) == 1
+    assert capsys.readouterr().out.startswith("contradicts  frames: there are values that are no numbers, first at t = 0.3")
+    assert main(["doctor", "nothing.nc"]) == 2
+    assert capsys.readouterr().err == "mol-compactons: There is no file nothing.nc; give one that mol-compactons wrote.\n"
