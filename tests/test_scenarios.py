@@ -1,5 +1,6 @@
 """Every scenario runs, and one number of it is asserted."""
 
+import json
 import runpy
 from dataclasses import replace
 from functools import cache
@@ -131,12 +132,12 @@ def test_nesterenko_breakup() -> None:
 
 
 def test_lattice_single() -> None:
-    """Chain and continuum of the Hertz contact at c = 1: 0.13 sites apart after 14, and a fifth in L2."""
+    """Chain and continuum of the Hertz contact at c = 1: 0.15 sites apart after 14, and a fifth in L2."""
     chain = scenarios.load("lattice_single")
     last = compare(result("lattice_single"), run(continuum_of(chain))).isel(t=-1, wave=0)
-    assert float(last.position - last.continuum_position) == pytest.approx(0.13, abs=0.01)
-    assert float(last.distance) == pytest.approx(0.183, abs=0.005)
-    assert float(last.height / last.continuum_height) == pytest.approx(0.977, abs=0.005)
+    assert float(last.position - last.continuum_position) == pytest.approx(0.15, abs=0.01)
+    assert float(last.distance) == pytest.approx(0.202, abs=0.005)
+    assert float(last.height / last.continuum_height) == pytest.approx(0.987, abs=0.005)
 
 
 def test_lattice_collision() -> None:
@@ -197,5 +198,7 @@ def test_each_is_complete_and_keeps_its_mass(name: str) -> None:
     if "mass" in dataset:
         # The studies' own runs have the tolerance 1e-5, and "band" keeps the mass to a thousandth of it only.
         assert float(abs(dataset.mass - dataset.mass[0]).max()) < (1e-7 if name.endswith("_study") else 1e-9)
+    elif json.loads(dataset.attrs["simulation"])["equation"]["ends"] == "held":
+        assert dataset.energy.attrs["role"] == "diagnostic"
     else:
         assert float(abs(dataset.energy / dataset.energy[0] - 1).max()) < 1e-5

@@ -34,14 +34,17 @@ class NearestNeighbours(Scheme):
                 f"{type(grid).__name__}; choose a scheme for equations, such as CompactScheme."
             )
         kernel = _ChainKernel(equation, grid.size)
+        # Ends whose stress is held do work on the chain, so that its energy is no conserved quantity.
+        works = equation.ends == "held"
         return SemiDiscretization(
             size=grid.size,
             components=2,
             reach=1,
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
-            invariants=kernel.invariants,
-            magnitudes=kernel.magnitudes,
+            invariants=kernel.nothing if works else kernel.invariants,
+            magnitudes=kernel.nothing if works else kernel.magnitudes,
+            diagnostics=kernel.invariants if works else kernel.nothing,
             split_steps=kernel.split_steps,
         )
 
@@ -171,6 +174,10 @@ class _ChainKernel:
     def invariants(self, state: Array) -> dict[str, float]:
         """The sums of the densities."""
         return {name: float(density.sum()) for name, density in self.densities(state).items()}
+
+    def nothing(self, state: Array) -> dict[str, float]:
+        """No number along t."""
+        return {}
 
     def magnitudes(self, state: Array) -> dict[str, float]:
         """The sums of their sizes."""
