@@ -60,7 +60,7 @@ def study(chain: Simulation, name: str) -> None:
     for label, result in comparisons.items():
         last = result.isel(t=-1, wave=0)
         print(f"  {label}: {float(last.position):.3f} {float(last.height):.4f} {float(last.width):.4f}")
-        print(f"    residual of its fit {float(last.residual):.1e}, distance {float(last.distance):.3f}")
+        print(f"    distance {float(last.distance):.3f}")
     for label, result in (
         ("granular compacton equation", comparisons["chain, derivative"]),
         ("Nesterenko's equation", two_way),
@@ -80,8 +80,8 @@ def phases(chain: Simulation) -> None:
     print(f"{chain.headline}: height and speed of the wave at t = {chain.t_end:g}, by rate and place of the centre")
     for rate in RATES:
         for center in (10.0, 10.25, 10.5):
-            last = track(run(started(chain, rate, center))).isel(t=-1, wave=0)
-            print(f"  {rate}, {center:g}: {float(last.height):.4f} {float(last.family_speed):.4f}")
+            height = float(track(run(started(chain, rate, center))).height[-1, 0])
+            print(f"  {rate}, {center:g}: {height:.4f} {chain.equation.solitary_speed(height) or float('nan'):.4f}")
 
 
 if __name__ == "__main__":
