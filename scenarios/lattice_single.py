@@ -14,6 +14,9 @@ runs too: it keeps its shape, where the compacton's data shed a little. docs/lat
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
+import xarray as xr
+
 from mol_compactons import (
     ChainCompacton,
     GranularChain,
@@ -24,8 +27,10 @@ from mol_compactons import (
     SolitaryWave,
     Symplectic,
     run,
+    track,
 )
 from mol_compactons.analysis.chain_and_continuum import compare, continuum_of, two_way_continuum_of
+from mol_compactons.analysis.fitting import fitted
 
 Rate = Literal["derivative", "site_difference"]
 RATES: tuple[Rate, ...] = ("derivative", "site_difference")
@@ -47,22 +52,32 @@ def started(chain: Simulation, rate: Rate, center: float = 10.0) -> Simulation:
     return replace(chain, initial=[ChainCompacton(speed=1, center=center, rate=rate)])
 
 
+def at_the_end(dataset: xr.Dataset) -> xr.Dataset:
+    """Place and height of the wave in the last frame, those of the exact wave that fits it."""
+    return fitted(dataset, track(dataset)).isel(t=-1, wave=0)
+
+
 def study(chain: Simulation, name: str) -> None:
     """Chain with both rates, both continua and the exact wave of the chain: stored, drawn, and compared at the end."""
     from mol_compactons.figures import side_by_side
 
     smooth = run(continuum_of(chain), f"{name}_continuum.nc", overwrite=True)
     chains = {rate: run(started(chain, rate), f"{name}_{rate}.nc", overwrite=True) for rate in RATES}
-    comparisons = {f"chain, {rate}": compare(discrete, smooth) for rate, discrete in chains.items()}
-    side_by_side(comparisons, smooth, (0, 4, 9, 14)).savefig(f"{name}.png")
+    comparisons = {rate: compare(discrete, smooth) for rate, discrete in chains.items()}
+    side_by_side({f"chain, {rate}": result for rate, result in comparisons.items()}, smooth, (0, 4, 9, 14)).savefig(
+        f"{name}.png"
+    )
     two_way = compare(chains["derivative"], run(two_way_continuum_of(chain)))
     print(f"{chain.headline}, t = {chain.t_end:g}: position, height and width, and the relative L2 distance from the chain")
-    for label, result in comparisons.items():
-        last = result.isel(t=-1, wave=0)
-        print(f"  {label}: {float(last.position):.3f} {float(last.height):.4f} {float(last.width):.4f}")
-        print(f"    distance {float(last.distance):.3f}")
+    for rate, result in comparisons.items():
+        last = at_the_end(chains[rate])
+        shape = chain.equation.solitary_shape(float(last.height))
+        print(
+            f"  chain, {rate}: {float(last.position):.3f} {float(last.height):.4f} {shape.half_width if shape else np.nan:.4f}"
+        )
+        print(f"    residual of the fit {float(last.residual):.1e}, distance {float(result.distance[-1]):.3f}")
     for label, result in (
-        ("granular compacton equation", comparisons["chain, derivative"]),
+        ("granular compacton equation", comparisons["derivative"]),
         ("Nesterenko's equation", two_way),
     ):
         last = result.isel(t=-1, wave=0)
@@ -75,12 +90,10 @@ def study(chain: Simulation, name: str) -> None:
 
 def phases(chain: Simulation) -> None:
     """The wave that comes out, for centres at a site, between two, and half way there."""
-    from mol_compactons.analysis.tracking import track
-
     print(f"{chain.headline}: height and speed of the wave at t = {chain.t_end:g}, by rate and place of the centre")
     for rate in RATES:
         for center in (10.0, 10.25, 10.5):
-            height = float(track(run(started(chain, rate, center))).height[-1, 0])
+            height = float(at_the_end(run(started(chain, rate, center))).height)
             print(f"  {rate}, {center:g}: {height:.4f} {chain.equation.solitary_speed(height) or float('nan'):.4f}")
 
 

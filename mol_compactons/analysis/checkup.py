@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.drift import drift
-from mol_compactons.analysis.tracking import track
+from mol_compactons.analysis.fitting import fitted
+from mol_compactons.analysis.tracking import FEWEST_FRAMES, track
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid
 from mol_compactons.results.reading import field_names, grid_of, outlines_of
+from mol_compactons.schemes.viscosity import Damping, ViscousScheme
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -33,9 +35,6 @@ DOUBTFUL_MISFIT, WRONG_MISFIT = 2e-3, 2e-2
 
 SETTLED_SHARE = 1 / 3
 """The last part of a run, in which waves should have settled."""
-
-FEWEST_FRAMES = 3
-"""Frames without which there is no speed."""
 
 FEWEST_POINTS = 16
 """Points in the support of a wave below which its error is several per cent (`python -m benchmarks.robustness`)."""
@@ -100,10 +99,21 @@ class Case:
         except InputError:
             return None
 
-    @property
-    def knows_waves(self) -> bool:
-        """Whether heights and places between the points are known well enough: not on a chain, whose waves are as narrow."""
-        return self.simulation is not None and isinstance(self.simulation.grid, Grid)
+    @cached_property
+    def worn(self) -> Array | None:
+        """What the viscosity has taken of Int u^2 / 2 up to each frame: the integral of -Int u D u, D the damping."""
+        if self.simulation is None or len(field_names(self.dataset)) > 1:
+            return None
+        scheme, grid = self.simulation.scheme, self.simulation.grid
+        if not isinstance(scheme, ViscousScheme) or not any(scheme.viscosities):
+            return None
+        damping, rate = Damping(scheme, grid.spacing), np.empty(self.frames.shape[0])
+        for index, frame in enumerate(self.frames):
+            change = np.zeros(frame.size)
+            damping.add(np.ascontiguousarray(frame), change)
+            rate[index] = -grid.spacing * float(frame @ change)
+        times = self.dataset["t"].values
+        return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))])
 
     def speed_of(self, height: float) -> float | None:
         """The speed of the wave of a signed height; None where none is known."""
@@ -156,6 +166,15 @@ def _judged(value: float, doubtful: float, wrong: float) -> Verdict:
     return "agrees" if value <= doubtful else "doubtful" if value <= wrong else "contradicts"
 
 
+def _sound(condition: bool) -> Verdict:
+    return "agrees" if condition else "doubtful"
+
+
+def _found(check: str, verdict: Verdict, told: str, cure: str) -> Finding:
+    """What was seen, with what to do where it is not as it should be."""
+    return Finding(check, verdict, f"{told}." if verdict == "agrees" else f"{told}; {cure}.")
+
+
 def _ending(case: Case) -> Iterator[Finding]:
     status = str(case.dataset.attrs.get("status", "unknown"))
     reached, wanted = float(case.dataset["t"][-1]), float(case.settings["t_end"])
@@ -165,53 +184,33 @@ def _ending(case: Case) -> Iterator[Finding]:
             "frames", "contradicts", f"there are values that are no numbers, first at t = {first:g}; use none after it."
         )
     known = status == "complete" and reached >= wanted * (1 - 1e-12)
-    reach = f"{case.dataset.sizes['t']} frames to t = {reached:g} of {wanted:g}, {status}"
-    yield Finding("status", "agrees" if known else "doubtful", f"{reach}{'' if known else '; it is not the whole run'}.")
+    told = f"{case.dataset.sizes['t']} frames to t = {reached:g} of {wanted:g}, {status}"
+    yield _found("status", _sound(known), told, "it is not the whole run")
 
 
 def _conserved(case: Case) -> Iterator[Finding]:
     """Drift against the tolerance; for the momentum of one field less what the viscosity took."""
-    worn = _worn(case)
     tolerance = max(100 * case.rtol, 1e-12) if case.rtol is not None else 1e-6
     for name, change in drift(case.dataset).data_vars.items():
         values = change.values
         relative_to, size = change.attrs["relative_to"], float(np.abs(values).max())
         told = f"changes by {size:.1e} of {relative_to}"
-        if name == "momentum" and worn is not None and worn[-1]:
-            explained = worn / float(change.attrs["scale"] or 1.0)
+        if name == "momentum" and case.worn is not None:
+            explained = case.worn / float(change.attrs["scale"] or 1.0)
             told += f", of which the viscosity explains {float(explained[-1]):.1e}"
             size = float(np.abs(values + explained).max())
         verdict = _judged(size, tolerance, max(WRONG_MISFIT, tolerance))
-        cure = (
-            ""
-            if verdict == "agrees"
-            else f"; the integrator's part is {tolerance:.0e}, the rest that of the scheme and its viscosity: refine the grid"
-        )
-        yield Finding(str(name), verdict, f"{told}{cure}.")
-
-
-def _worn(case: Case) -> Array | None:
-    """What the viscosity has taken of Int u^2 / 2 up to each frame: the integral of (eps + nu h^(p-1)) |D^(p/2) u|^2."""
-    scheme, grid = case.settings["scheme"], grid_of(case.dataset)
-    if not isinstance(grid, Grid) or len(field_names(case.dataset)) > 1 or "viscosity_order" not in scheme:
-        return None
-    order = int(scheme["viscosity_order"])
-    amount = float(scheme["viscosity"]) + float(scheme["grid_viscosity"]) * grid.spacing ** (order - 1)
-    power = np.abs(np.fft.rfft(case.frames, axis=1)) ** 2 * (2 * grid.spacing / grid.size)
-    wavenumbers = 2 * np.pi * np.fft.rfftfreq(grid.size, grid.spacing)
-    differences = (2 / grid.spacing * np.sin(wavenumbers * grid.spacing / 2)) ** order
-    rate = amount * (power * differences).sum(axis=1)
-    times = case.dataset["t"].values
-    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))])
+        cure = f"the integrator's part is {tolerance:.0e}, the rest that of the scheme and its viscosity: refine the grid"
+        yield _found(str(name), verdict, told, cure)
 
 
 def _viscosity(case: Case) -> Iterator[Finding]:
-    worn = _worn(case)
-    if worn is None or not worn[-1]:
+    if case.worn is None:
         return
-    share = float(worn[-1]) / (0.5 * grid_of(case.dataset).spacing * float((case.frames[0] ** 2).sum()))
-    cure = "" if share <= WORN else "; that is not the equation's: choose a smaller viscosity, or a finer grid"
-    yield Finding("viscosity", _judged(share, WORN, 0.1), f"it takes {share:.1e} of the integral of the squared field{cure}.")
+    share = float(case.worn[-1]) / (0.5 * grid_of(case.dataset).spacing * float((case.frames[0] ** 2).sum()))
+    cure = "that is not the equation's: choose a smaller viscosity, or a finer grid"
+    told = f"it takes {share:.1e} of the integral of the squared field"
+    yield _found("viscosity", _judged(share, WORN, 0.1), told, cure)
 
 
 def _waves(case: Case) -> Iterator[Finding]:
@@ -221,21 +220,29 @@ def _waves(case: Case) -> Iterator[Finding]:
     lost = str(case.tracks.attrs["lost"])
     if lost:
         yield Finding("tracks", "contradicts", lost)
+    if case.simulation is None:
+        return
     late = case.tracks.isel(t=slice(int((1 - SETTLED_SHARE) * case.tracks.sizes["t"]), None))
-    late = late.where(late["isolated"])
-    for wave in range(late.sizes["wave"] if case.knows_waves else 0):
-        one = late.isel(wave=wave)
-        height, speed = _median(one["height"].values), _mean_speed(one)
-        name, belongs, misfit = f"wave {int(one['wave'])}", case.speed_of(height), _misfit(case, one)
-        if np.isfinite(speed) and belongs is not None:
-            apart = abs(abs(speed / belongs) - 1)
-            verdict = _judged(apart, DOUBTFUL_MISFIT, WRONG_MISFIT)
-            told = f"moves at {speed:.5g}, a wave of its height {height:.5g} at {belongs:.5g}, {apart:.1e} apart"
-            yield Finding(name, verdict, f"{told}{'' if verdict == 'agrees' else '; it has not settled, or is not resolved'}.")
-        if np.isfinite(misfit):
-            verdict = _judged(misfit, 5 * DOUBTFUL_MISFIT, 5 * WRONG_MISFIT)
-            cure = "" if verdict == "agrees" else "; something else is added to it, or it is none"
-            yield Finding(name, verdict, f"its profile differs from the exact wave of its height by {misfit:.1e}{cure}.")
+    late = late.isel(wave=[case.speed_of(_median(height)) is not None for height in late["height"].values.T])
+    measured = fitted(case.dataset, late).where(late["isolated"])
+    for wave in range(late.sizes["wave"]):
+        if late["isolated"].values[:, wave].any():
+            yield from _one_wave(case, measured.isel(wave=wave))
+
+
+def _one_wave(case: Case, wave: xr.Dataset) -> Iterator[Finding]:
+    height, speed, misfit = _median(wave["height"].values), _mean_speed(wave), _median(wave["residual"].values)
+    name, belongs = f"wave {int(wave['wave'])}", case.speed_of(height)
+    if np.isnan(misfit):
+        yield Finding(name, "contradicts", "no exact wave of the equation fits it.")
+        return
+    if np.isfinite(speed) and belongs is not None:
+        apart = abs(abs(speed / belongs) - 1)
+        told = f"moves at {speed:.5g}, a wave of its height {height:.5g} at {belongs:.5g}, {apart:.1e} apart"
+        yield _found(name, _judged(apart, DOUBTFUL_MISFIT, WRONG_MISFIT), told, "it has not settled, or is not resolved")
+    told = f"its profile differs from the exact wave that fits by {misfit:.1e}"
+    verdict = _judged(misfit, 5 * DOUBTFUL_MISFIT, 5 * WRONG_MISFIT)
+    yield _found(name, verdict, told, "something else is added to it, or it is none")
 
 
 def _mean_speed(wave: xr.Dataset) -> float:
@@ -245,21 +252,6 @@ def _mean_speed(wave: xr.Dataset) -> float:
     if places.size < FEWEST_FRAMES or np.ptp(places) < float(known["width"].median()):
         return np.nan
     return float(np.polyfit(known["t"].values, places, 1)[0])
-
-
-def _misfit(case: Case, wave: xr.Dataset) -> float:
-    """The relative L2 distance from the exact wave of the tracked height and place, on its support; NaN without one."""
-    grid, simulation, misfits = grid_of(case.dataset), case.simulation, []
-    frames = case.frames[-wave.sizes["t"] :]
-    for frame, height, place in zip(frames, wave["height"].values, wave["position"].values, strict=True):
-        shape = None
-        if simulation is not None and np.isfinite(height) and height:
-            shape = simulation.equation.solitary_shape(abs(float(height)), int(np.sign(height)))
-        if shape is not None:
-            exact = shape(grid.offset(float(place)))
-            support = exact != 0
-            misfits.append(float(np.linalg.norm((frame - exact)[support]) / np.linalg.norm(exact)))
-    return _median(np.array(misfits))
 
 
 def _median(values: Array) -> float:
@@ -272,11 +264,9 @@ def _resolution(case: Case) -> Iterator[Finding]:
     if not isinstance(grid, Grid) or not waves:
         return
     points = min(wave.width for wave in waves) / grid.spacing
-    fine = points >= FEWEST_POINTS
-    cure = "" if fine else f"; below {FEWEST_POINTS} the error is several per cent: choose a larger grid.size"
-    yield Finding(
-        "grid", "agrees" if fine else "doubtful", f"the narrowest wave has {points:.0f} points in its support{cure}."
-    )
+    cure = f"below {FEWEST_POINTS} the error is several per cent: choose a larger grid.size"
+    told = f"the narrowest wave has {points:.0f} points in its support"
+    yield _found("grid", _sound(points >= FEWEST_POINTS), told, cure)
 
 
 def _ring(case: Case) -> Iterator[Finding]:
@@ -294,8 +284,7 @@ def _ring(case: Case) -> Iterator[Finding]:
     moment, left = float(tracks["t"][frame]), float(np.nanmax(tracks["height_left"].values, initial=0.0))
     share = left / float(np.nanmax(np.abs(tracks["height"].values[0])))
     told = f"from t = {moment:g} on wave {int(tracks['wave'][wave])} runs through ripples, up to {share:.1e} of its height"
-    cure = "" if share <= DOUBTFUL_MISFIT else "; choose a longer box, or an earlier end"
-    yield Finding("ring", _judged(share, DOUBTFUL_MISFIT, np.inf), f"{told}{cure}.")
+    yield _found("ring", _sound(share <= DOUBTFUL_MISFIT), told, "choose a longer box, or an earlier end")
 
 
 def _seam(case: Case) -> Iterator[Finding]:
@@ -306,9 +295,9 @@ def _seam(case: Case) -> Iterator[Finding]:
     jumps = np.abs(np.diff(first, append=first[:1]))
     seam, elsewhere, size = float(jumps[-1]), float(jumps[:-1].max()), float(np.abs(first).max()) or 1.0
     closes = seam <= max(10 * elsewhere, DOUBTFUL_MISFIT * size)
-    cure = "" if closes else "; the data do not close: choose a period of theirs for the box, or data that vanish at its ends"
+    cure = "the data do not close: choose a period of theirs for the box, or data that vanish at its ends"
     told = f"across the seam the data jump by {seam / size:.1e} of their size, elsewhere by at most {elsewhere / size:.1e}"
-    yield Finding("seam", "agrees" if closes else "contradicts", f"{told}{cure}.")
+    yield _found("seam", "agrees" if closes else "contradicts", told, cure)
 
 
 def _ripples(case: Case) -> Iterator[Finding]:
@@ -316,11 +305,11 @@ def _ripples(case: Case) -> Iterator[Finding]:
         return
     first, last = (_finest_share(frame) for frame in case.frames[[0, -1]])
     fine = last <= max(FINEST_SHARE, 10 * first)
-    cure = "" if fine else "; give the scheme a viscosity in grid units, scheme.grid_viscosity, or a larger one"
+    cure = "give the scheme a viscosity in grid units, scheme.grid_viscosity, or a larger one"
     told = (
         f"the shortest third of the waves of the grid holds {last:.1e} of the squared field at the end, {first:.1e} at first"
     )
-    yield Finding("ripples", "agrees" if fine else "doubtful", f"{told}{cure}.")
+    yield _found("ripples", _sound(fine), told, cure)
 
 
 def _finest_share(frame: Array) -> float:
@@ -335,9 +324,9 @@ def _tolerance(case: Case) -> Iterator[Finding]:
     lowest = min((wave.height for wave in waves), default=float(np.abs(case.frames[0]).max()))
     share = float(absolute) / lowest if lowest else np.inf
     allowed = case.rtol or 1e-6
-    cure = "" if share <= allowed else "; choose a smaller integrator.atol, or none, which makes it relative to the state"
+    cure = "choose a smaller integrator.atol, or none, which makes it relative to the state"
     told = f"the absolute one is {share:.1e} of the lowest wave, the relative one is {allowed:g}"
-    yield Finding("tolerance", _judged(share, allowed, 1e-2), f"{told}{cure}.")
+    yield _found("tolerance", _judged(share, allowed, 1e-2), told, cure)
 
 
 def _growth(case: Case) -> Iterator[Finding]:
@@ -349,8 +338,7 @@ def _growth(case: Case) -> Iterator[Finding]:
         return
     exponent = rate * t_end
     told = f"the equation itself lets the shortest waves of this grid grow as exp({exponent:.3g})"
-    cure = "" if exponent <= 1 else "; choose a coarser grid or an earlier end"
-    yield Finding("growth", _judged(exponent, 1.0, 10.0), f"{told}{cure}.")
+    yield _found("growth", _judged(exponent, 1.0, 10.0), told, "choose a coarser grid or an earlier end")
 
 
 def _solver(case: Case) -> Iterator[Finding]:
@@ -361,8 +349,7 @@ def _solver(case: Case) -> Iterator[Finding]:
     smooth = failures <= 0.1 * steps and not warnings
     first = f", the first: {attributes['solver_first_warning']}" if warnings else ""
     told = f"{steps} steps, {failures} repeated, {warnings} warnings{first}"
-    cure = "" if smooth else "; see whether a tighter tolerance gives the same"
-    yield Finding("solver", "agrees" if smooth else "doubtful", f"{told}{cure}.")
+    yield _found("solver", _sound(smooth), told, "see whether a tighter tolerance gives the same")
 
 
 CHECKS: tuple[Callable[[Case], Iterator[Finding]], ...] = (

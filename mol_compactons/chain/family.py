@@ -26,6 +26,9 @@ STEP = 0.15
 NODES = 8
 """How many of them a value between is made of."""
 
+INVERSIONS = 4
+"""Newton's steps from a height to its place between the nodes, each of which doubles the digits of the last."""
+
 LOWEST, HIGHEST = -40, 160
 """The numbers of the first and the last of them: V / c0 - 1 from 0.0012, where a wave is hundreds of sites long, to 1.6e5."""
 
@@ -49,6 +52,11 @@ class ChainShape:
     half_width: float
     profiles: tuple[SolitaryProfile, ...]
     weights: tuple[float, ...]
+
+    @property
+    def core(self) -> float:
+        """The width and a site to either side: it is smooth everywhere, and a chain has few points in it."""
+        return self.width + 2
 
     def __call__(self, z: Array) -> Array:
         """R at the distances z, any shape."""
@@ -129,7 +137,6 @@ def _node(n: float, strength: float, linear: float, static: float, number: int) 
 @lru_cache(maxsize=256)
 def _place(n: float, strength: float, linear: float, static: float, height: float) -> tuple[int, float] | None:
     """Where a height lies on the ladder: the first of the nodes around it, and its distance from that in steps."""
-    from scipy.optimize import brentq
 
     def logarithm(number: int) -> float:
         return math.log(_node(n, strength, linear, static, number).amplitude / height)
@@ -142,8 +149,11 @@ def _place(n: float, strength: float, linear: float, static: float, height: floa
         nodes = np.array([logarithm(first + index) for index in range(NODES)])
     except InputError:
         return None
-    start = float(below - first)
-    return first, float(brentq(lambda place: float(_lagrange(place) @ nodes), start, start + 1, xtol=1e-14))
+    place = below - first + nodes[below - first] / (nodes[below - first] - nodes[below - first + 1])
+    for _ in range(INVERSIONS):
+        value, slope = (float(weights @ nodes) for weights in (_lagrange(place), _lagrange_slope(place)))
+        place -= value / slope
+    return first, float(place)
 
 
 def _bisect(is_below: Callable[[int], bool]) -> int | None:
@@ -163,3 +173,8 @@ def _lagrange(place: float) -> Array:
     factors = (place - nodes) / np.where(nodes[:, None] == nodes, 1, nodes[:, None] - nodes)
     np.fill_diagonal(factors, 1.0)
     return np.asarray(factors.prod(axis=1))
+
+
+def _lagrange_slope(place: float) -> Array:
+    """Their derivatives by the place, by central differences, which are good enough for Newton's steps."""
+    return (_lagrange(place + 1e-3) - _lagrange(place - 1e-3)) / 2e-3

@@ -34,17 +34,15 @@ class NearestNeighbours(Scheme):
                 f"{type(grid).__name__}; choose a scheme for equations, such as CompactScheme."
             )
         kernel = _ChainKernel(equation, grid.size)
-        # Ends whose stress is held do work on the chain, so that its energy is no conserved quantity.
-        works = equation.ends == "held"
         return SemiDiscretization(
             size=grid.size,
             components=2,
             reach=1,
             rhs=kernel.rhs,
             jacobian=kernel.jacobian,
-            invariants=kernel.nothing if works else kernel.invariants,
-            magnitudes=kernel.nothing if works else kernel.magnitudes,
-            diagnostics=kernel.invariants if works else kernel.nothing,
+            invariants=kernel.invariants,
+            magnitudes=kernel.magnitudes,
+            diagnostics=kernel.diagnostics,
             split_steps=kernel.split_steps,
         )
 
@@ -172,16 +170,20 @@ class _ChainKernel:
         return result | {"energy": np.concatenate([kinetic, self._stored_energies(stress)[int(twice) :]])}
 
     def invariants(self, state: Array) -> dict[str, float]:
-        """The sums of the densities."""
-        return {name: float(density.sum()) for name, density in self.densities(state).items()}
+        """The sums of the densities; none between held ends, which do work on the chain."""
+        return {} if self._ends == kernels.HELD else self._sums(state)
 
-    def nothing(self, state: Array) -> dict[str, float]:
-        """No number along t."""
-        return {}
+    def diagnostics(self, state: Array) -> dict[str, float]:
+        """The same where they are not conserved."""
+        return self._sums(state) if self._ends == kernels.HELD else {}
 
     def magnitudes(self, state: Array) -> dict[str, float]:
         """The sums of their sizes."""
-        return {name: float(np.abs(density).sum()) for name, density in self.densities(state).items()}
+        conserved = {} if self._ends == kernels.HELD else self.densities(state)
+        return {name: float(np.abs(density).sum()) for name, density in conserved.items()}
+
+    def _sums(self, state: Array) -> dict[str, float]:
+        return {name: float(density.sum()) for name, density in self.densities(state).items()}
 
     def _stored_energies(self, stress: Array) -> Array:
         """The energy of each contact above that of the static state, whose force is the push."""

@@ -26,6 +26,9 @@ SecondDifference = Callable[[Array], Array]
 """Maps the values of a function on the grid to an approximation of its second derivative there."""
 
 
+CORE = 0.9
+"""The part of the support of a compacton with which profiles are compared."""
+
 LARGEST_MISMATCH = 1e-6
 """How far the height of a compacton may be from that whose speed it has, relative to it."""
 
@@ -68,6 +71,10 @@ class SolitaryShape(Protocol):
     @property
     def half_width(self) -> float:
         """The width at half the height."""
+
+    @property
+    def core(self) -> float:
+        """The length around the centre on which profiles are compared with it: the width, less edges that are not smooth."""
 
     def __call__(self, z: Array) -> Array:
         """The profile at the distances z from the centre, same shape."""
@@ -318,6 +325,11 @@ class CosinePower:
     def width(self) -> float:
         """The length of the support, pi / K, nondimensional."""
         return math.pi / self.wavenumber
+
+    @property
+    def core(self) -> float:
+        """Nine tenths of the support, without the edge, where a grid cannot follow the kink of n = 3 and the cusps beyond."""
+        return CORE * self.width
 
     @property
     def half_width(self) -> float:

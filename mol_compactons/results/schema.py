@@ -46,6 +46,7 @@ LONG_NAMES = {
     "height": "height of the crest, negative for a dark wave",
     "speed": "speed of the crest",
     "width": "width at half the height",
+    "residual": "L2 distance from the exact wave that fits, relative to its norm, in the core of the wave",
     "isolated": "whether the support of the wave is clear of all others",
     "mass_left": "integral of the field outside the waves",
     "momentum_left": "half the integral of the squared field outside the waves",
