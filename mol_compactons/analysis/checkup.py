@@ -37,7 +37,7 @@ SETTLED_SHARE = 1 / 3
 """The last part of a run, in which waves should have settled."""
 
 FEWEST_POINTS = 16
-"""Points in the support of a wave below which its error is several per cent (`python -m benchmarks.robustness`)."""
+"""Points in the support of a wave below which its error is several per cent, for n = 3 (`python -m benchmarks.orders`)."""
 
 FINEST_SHARE = 1e-4
 """The part of the squared field beyond two thirds of the wave numbers of the grid that edges alone do not make."""
