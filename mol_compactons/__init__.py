@@ -15,6 +15,7 @@ from mol_compactons.analysis import (
     displacements,
     drift,
     first_collision,
+    orbit,
     track,
     two_way_continuum_of,
 )
@@ -107,6 +108,7 @@ __all__ = [
     "judge",
     "open_result",
     "open_study",
+    "orbit",
     "report",
     "require",
     "run",

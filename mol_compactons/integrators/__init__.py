@@ -7,4 +7,15 @@ from mol_compactons.integrators.rosenbrock import Rosenbrock
 from mol_compactons.integrators.sundials import CVODE, IDA
 from mol_compactons.integrators.symplectic import Symplectic
 
-__all__ = ["CVODE", "IDA", "Counters", "GaussLegendre", "Integration", "Integrator", "Midpoint", "Report", "Rosenbrock", "Symplectic"]
+__all__ = [
+    "CVODE",
+    "IDA",
+    "Counters",
+    "GaussLegendre",
+    "Integration",
+    "Integrator",
+    "Midpoint",
+    "Report",
+    "Rosenbrock",
+    "Symplectic",
+]

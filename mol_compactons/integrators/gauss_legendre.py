@@ -28,6 +28,9 @@ ROUNDING = 2e-16
 STALLED_BELOW = 1e-10
 """A change below this, relative to the state, that no longer shrinks by half is rounding too."""
 
+TANGENTS_AT_ONCE = 256
+"""So many are pushed in one go, lest a whole monodromy matrix be held several times."""
+
 
 @dataclass(frozen=True)
 class GaussLegendre(Integrator):
@@ -115,7 +118,7 @@ def tableau(order: int) -> Tableau:
     update = np.linalg.solve(matrix.T, weights / 2)
     monomials = nodes[:, None] ** powers
     ahead = np.linalg.solve(monomials.T, ((1 + nodes[:, None]) ** powers - 1).T).T
-    return Tableau(nodes, matrix, update, ahead)
+    return Tableau(nodes, np.asarray(matrix), update, np.asarray(ahead))
 
 
 class Stages:
@@ -129,7 +132,7 @@ class Stages:
         self._shape = (coefficients.nodes.size, system.components, system.size)
         self._t, self._step, self._state = 0.0, 0.0, np.zeros(self._shape[1:])
         self._companion = None if system.companion is None else Stages(system.companion, coefficients)
-        self.ring = SemiDiscretization(
+        self.ring: SemiDiscretization = SemiDiscretization(
             size=system.size,
             components=self._shape[0] * self._shape[1],
             reach=system.reach,
@@ -270,8 +273,8 @@ class GaussLegendreIntegration:
             )
         tangents = self._changed(tangents, stages, step) if tangents.size else tangents
         self._state += self._made_up(stages)
-        self._guess = np.einsum("ij,jk->ik", self._coefficients.ahead, stages.reshape(self._coefficients.nodes.size, -1))
-        self._guess = self._guess.reshape(stages.shape)
+        parts = stages.reshape(self._coefficients.nodes.size, -1)
+        self._guess = np.asarray(self._coefficients.ahead @ parts).reshape(self._guess.shape)
         return tangents
 
     def _made_up(self, stages: Array) -> Array:
@@ -283,10 +286,11 @@ class GaussLegendreIntegration:
         """The tangents after a step: M zeta = step A J (v + zeta), with J at the stages."""
         matrix = newton_matrix(self._stages.ring)
         self._factor(matrix, stages, step)
-        pushes = step * self._stages.pushes(self._stages.slopes(stages), tangents)
-        changed = tangents.copy()
-        for tangent, push in zip(changed, pushes, strict=True):
-            tangent += self._made_up(matrix.solve(self._t, stages, push))
+        slopes, changed = self._stages.slopes(stages), tangents.copy()
+        for first in range(0, len(changed), TANGENTS_AT_ONCE):
+            block = changed[first : first + TANGENTS_AT_ONCE]
+            for tangent, push in zip(block, self._stages.pushes(slopes, block), strict=True):
+                tangent += self._made_up(matrix.solve(self._t, stages, step * push))
         return changed
 
     def _factor(self, matrix: NewtonMatrix, stages: Array, step: float) -> None:

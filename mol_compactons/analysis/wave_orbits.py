@@ -1,0 +1,192 @@
+"""The orbit of a travelling wave on the grid, or of the wave of a chain, and its Floquet multipliers as a Dataset."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.analysis.floquet import Spectrum, changes, spectrum, verdict
+from mol_compactons.analysis.orbits import Orbit, Period, close
+from mol_compactons.configuration import encode
+from mol_compactons.errors import require
+from mol_compactons.simulation import Simulation
+from mol_compactons.waves.base import LocalizedWave
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+SHOWN = 6
+"""How many multipliers are shown, and found again with the steps halved."""
+
+WINDOW = 0.55
+"""How far from its centre the window of a wave on a grid reaches, in widths of the wave."""
+
+CHAIN_WINDOW = 1.0
+"""The same for a chain, whose waves have tails."""
+
+
+def orbit(
+    simulation: Simulation,
+    *,
+    steps: int = 10,
+    order: Literal[4, 6] = 4,
+    around: Literal["ring", "window"] = "ring",
+    speed: float | None = None,
+) -> xr.Dataset:
+    r"""The numerical travelling wave nearest to the one wave of a simulation, and its Floquet multipliers.
+
+    A wave of speed c moves by one cell h in the time h / |c|. It is found as a fixed point of the map "advance by that time,
+    shift back by one cell", by Newton's method from the exact wave; multipliers are eigenvalues of the derivative of the map.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        One wave, on a grid or on a chain, without viscosity; its t_end, frames and integrator do not matter.
+    steps : int
+        Steps of Gauss-Legendre collocation for each cell.
+    order : {4, 6}
+        Its order.
+    around : {"ring", "window"}
+        Whether small changes go round the periodic grid, so that what the wave has left behind comes to meet it again, or
+        only those about the wave are followed, and what it leaves behind is gone.
+    speed : float, optional
+        c, for initial data that do not know their speed.
+
+    Returns
+    -------
+    xarray.Dataset
+        The wave, by the names of the equation's variables (x or k); ``multiplier_real``, ``multiplier_imag``, ``modulus``
+        and ``error`` (multiplier), the largest first; ``step_error`` (shown), the change of the modulus of the largest
+        when the steps are halved; ``mode_real`` and ``mode_imag`` (shown, component, x), their unit eigenvectors. Among its
+        attributes are the verdict, the residual of the fixed point, and the simulation.
+
+    Raises
+    ------
+    InputError
+        If there is not one wave, it is damped, or no travelling wave is found near it.
+
+    Examples
+    --------
+    >>> from mol_compactons import Compacton, ConservativeScheme, GranularCompacton, Grid
+    >>> simulation = Simulation(
+    ...     GranularCompacton(n=3), Grid(10, 60), [Compacton(1, 5)], t_end=1, scheme=ConservativeScheme(order=2)
+    ... )
+    >>> orbit(simulation).attrs["verdict"]
+    'stable'
+    """
+    require(around in ("ring", "window"), f"around = {around!r} must be 'ring' or 'window'.")
+    require(
+        simulation.scheme.viscosities == (0.0, 0.0),
+        "A wave that is damped does not come back to itself; set scheme.viscosity=0 and scheme.grid_viscosity=0.",
+    )
+    speed = speed_of_wave(simulation) if speed is None else speed
+    require(np.isfinite(speed) and speed != 0, f"speed = {speed:g} must not be 0: the period is a cell over it.")
+    period = Period(simulation.grid.spacing / abs(speed), 1 if speed > 0 else -1, steps, order)
+    cells = None if around == "ring" else window(simulation)
+    system, guess = simulation.discretize(), simulation.initial_state()
+    found = close(system, guess, period)
+    multipliers = spectrum(found, cells, SHOWN)
+    finer = spectrum(close(system, found.state, period.halved), cells, SHOWN)
+    return _dataset(simulation, period, around, found, multipliers, changes(multipliers.values[:SHOWN], finer.values))
+
+
+def speed_of_wave(simulation: Simulation) -> float:
+    """The speed of the one wave of a simulation.
+
+    Raises
+    ------
+    InputError
+        If there are several, or it does not know its speed.
+    """
+    waves = simulation.initial
+    require(len(waves) == 1, f"initial holds {len(waves)} waves; an orbit is that of one.")
+    speed = getattr(waves[0], "speed", None)
+    require(
+        isinstance(speed, float | int),
+        f"A {type(waves[0]).__name__} does not know the speed at which it travels; give the speed.",
+    )
+    return float(speed or 0.0)
+
+
+def window(simulation: Simulation) -> NDArray[np.bool_]:
+    """The cells about a localized wave, shape (N,), at least one cell of the reach apart from themselves around the ring."""
+    waves = [wave for wave in simulation.initial if isinstance(wave, LocalizedWave)]
+    require(
+        len(waves) == 1,
+        "around='window' is for one wave with a place and a width, such as a Compacton or a SolitaryWave; choose "
+        "around='ring'.",
+    )
+    width = waves[0].outline(simulation.equation)[1]
+    reach = CHAIN_WINDOW if not simulation.scheme.refines else WINDOW
+    cells = np.abs(simulation.grid.offset(waves[0].center)) <= reach * width
+    gap = 2 * (simulation.discretize().reach + 1)
+    require(
+        int((~cells).sum()) >= gap,
+        f"The window of the wave, {2 * reach * width:.4g} long, does not fit in the ring of length "
+        f"{simulation.grid.length:g}; choose a longer one.",
+    )
+    return np.asarray(cells)
+
+
+def _dataset(
+    simulation: Simulation, period: Period, around: str, found: Orbit, multipliers: Spectrum, step_error: Array
+) -> xr.Dataset:
+    import xarray as xr
+
+    grid, names = simulation.grid, simulation.equation.variables
+    values, shown = multipliers.values, step_error.size
+    errors = multipliers.errors.copy()
+    errors[:shown] += step_error
+    modes = multipliers.modes[:shown].reshape(shown, *found.state.shape)
+    shape = ("shown", "component", grid.dimension)
+    return xr.Dataset(
+        {
+            **{name: (grid.dimension, part) for name, part in zip(names, found.state, strict=True)},
+            "multiplier_real": ("multiplier", values.real),
+            "multiplier_imag": ("multiplier", values.imag),
+            "modulus": ("multiplier", np.abs(values)),
+            "error": ("multiplier", multipliers.errors),
+            "step_error": ("shown", step_error),
+            "mode_real": (shape, modes.real),
+            "mode_imag": (shape, modes.imag),
+        },
+        {grid.dimension: grid.coordinates, "component": list(names)},
+        {
+            "title": f"Floquet multipliers: {simulation.headline}",
+            "verdict": verdict(values, errors),
+            "residual": found.residual,
+            "correction": found.correction,
+            "around": around,
+            "period": json.dumps(encode(period)),
+            "simulation": simulation.to_json(),
+        },
+    )
+
+
+def report_orbit(dataset: xr.Dataset) -> list[str]:
+    """What the Dataset of an orbit says, a line each."""
+    period = json.loads(dataset.attrs["period"])
+    lines = [
+        str(dataset.attrs["title"]),
+        f"one cell in {period['time']:.6g} by {period['steps']} Gauss-Legendre steps of order {period['order']}",
+        f"the wave misses itself by {dataset.attrs['residual']:.1e} of its height, and differs from the initial one by "
+        f"{dataset.attrs['correction']:.1e}",
+        f"largest multipliers, followed around the {dataset.attrs['around']} (modulus, its bars from rounding and from halved "
+        "steps, angle):",
+    ]
+    for index in range(dataset.sizes["shown"]):
+        one = dataset.isel(multiplier=index)
+        angle = float(np.angle(complex(one["multiplier_real"], one["multiplier_imag"])))
+        step_error = float(dataset["step_error"][index])
+        lines.append(f"  {float(one['modulus']):.8f} +- {float(one['error']):.0e} +- {step_error:.0e}, {angle:+.4f}")
+    meaning = {
+        "stable": "stable: none lies outside the unit circle by more than its bars",
+        "unstable": "unstable: the largest lies outside the unit circle by more than its bars",
+        "undecided": "undecided: the bars are too wide",
+    }
+    return [*lines, "verdict: " + meaning[str(dataset.attrs["verdict"])]]
