@@ -54,8 +54,11 @@ class Spectrum:
 def spectrum(orbit: Orbit, cells: NDArray[np.bool_] | None = None, count: int = FEWEST) -> Spectrum:
     """The multipliers of an orbit.
 
-    The bar of a multiplier is its condition 1 / |<y, x>|, for unit eigenvectors x to the right and y to the left, times the
-    error of the matrix: rounding and the uncertainty of the orbit, both relative to the norm, and |G' x - mu x|.
+    All norms are those of the balanced matrix B = T^-1 G' T, with T diagonal, up to the order of the unknowns: a weighted
+    norm, without which the shift out of a window has no useful condition. Its error is that of rounding and of the orbit,
+    both relative to the norm, and |B x - mu x|. The bar of a multiplier is this error times the condition 1 / |<y, x>|, for
+    unit eigenvectors x to the right and y to the left; or, if it is less, that of `_pair_bar`, for the multiplier 1 of a wave
+    is double with one eigenvector, and its condition without bound.
 
     Parameters
     ----------
@@ -66,9 +69,13 @@ def spectrum(orbit: Orbit, cells: NDArray[np.bool_] | None = None, count: int = 
     count : int
         How many are found at least, if possible, of a matrix above `DENSE` unknowns; of a smaller one all are.
     """
+    from scipy.linalg import matrix_balance
+
     components, size = orbit.state.shape
     kept = np.flatnonzero(np.tile(np.ones(size, dtype=bool) if cells is None else cells, components))
-    matrix = np.ascontiguousarray(orbit.monodromy[np.ix_(kept, kept)])
+    # It turns weights into whole numbers on the way, in places that it does not use.
+    with np.errstate(invalid="ignore"):
+        matrix, transform = matrix_balance(orbit.monodromy[np.ix_(kept, kept)])
     values, left, right = _eigenpairs(matrix, max(count, FEWEST))
     order = np.argsort(-np.abs(values), kind="stable")
     values, left, right = values[order], left[:, order], right[:, order]
@@ -76,9 +83,32 @@ def spectrum(orbit: Orbit, cells: NDArray[np.bool_] | None = None, count: int = 
     missed = np.linalg.norm(matrix @ right - right * values, axis=0)
     # The largest singular value is below the geometric mean of these two norms.
     norm = float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
+    wrong = norm * (ROUNDING + orbit.uncertainty) + missed
+    errors = np.array([min(one, _pair_bar(i, values, left, right, wrong)) for i, one in enumerate(condition * wrong)])
     modes = np.zeros((values.size, components * size), dtype=np.complex128)
-    modes[:, kept] = right.T
-    return Spectrum(values, condition * (norm * (ROUNDING + orbit.uncertainty) + missed), modes)
+    own = transform @ right
+    modes[:, kept] = (own / np.linalg.norm(own, axis=0)).T
+    return Spectrum(values, errors, modes)
+
+
+def _pair_bar(index: int, values: ComplexArray, left: ComplexArray, right: ComplexArray, wrong: Array) -> float:
+    """The bar of a multiplier and its nearest neighbour as one cluster, in whose plane the matrix is P of two rows.
+
+    With m their mean, an error e of P moves the eigenvalues by at most sqrt((2 |P - m| + e) e), and e is that of the matrix
+    times the norm of the projector on the plane. Source: Elsner, Linear Algebra Appl. 71 (1985) 77.
+    """
+    if values.size < 2:
+        return float("inf")
+    gaps = np.abs(values - values[index])
+    gaps[index] = np.inf
+    pair = [index, int(gaps.argmin())]
+    plane, coordinates = np.linalg.qr(right[:, pair])
+    overlap = np.linalg.svd(np.linalg.qr(left[:, pair])[0].conj().T @ plane, compute_uv=False)[-1]
+    if not (overlap > 0 and abs(coordinates[1, 1]) > 0):
+        return float("inf")
+    error = float(wrong[pair].max() / overlap)
+    inner = coordinates @ np.diag(values[pair] - values[pair].mean()) @ np.linalg.inv(coordinates)
+    return float(np.sqrt((2 * np.linalg.norm(inner, 2) + error) * error))
 
 
 def _eigenpairs(matrix: Array, count: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from mol_compactons.analysis.wave_orbits import orbit, report_orbit
 from mol_compactons.cli.common import add_scenario, save, simulation_of
 from mol_compactons.errors import InputError
-from mol_compactons.results.netcdf import check_target
+from mol_compactons.results.netcdf import check_target, write_tree
 
 if TYPE_CHECKING:
     from mol_compactons.cli.common import Commands
@@ -23,7 +23,10 @@ def add_orbit(commands: Commands) -> None:
     parser.add_argument("--order", type=int, default=4, choices=(4, 6), help="the order of these steps (default 4)")
     parser.add_argument("--speed", type=float, metavar="C", help="the speed, for initial data that do not know it")
     parser.add_argument(
-        "--window", action="store_true", help="follow changes near the wave only: what it leaves behind does not come back"
+        "--around",
+        choices=("ring", "window"),
+        help="follow small changes around the whole ring (default for a grid), or near the wave only (default for a chain), "
+        "so that what it leaves behind does not come back",
     )
     parser.add_argument("-o", "--output", metavar="FILE.nc|FILE.png", help="store the wave and its multipliers, or draw them")
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
@@ -43,7 +46,7 @@ def _orbit(options: argparse.Namespace) -> None:
         simulation,
         steps=options.steps,
         order=options.order,
-        around="window" if options.window else "ring",
+        around=options.around,
         speed=options.speed,
     )
     print(*report_orbit(dataset), sep="\n")
@@ -52,5 +55,5 @@ def _orbit(options: argparse.Namespace) -> None:
     if path.suffix.lower() == ".png":
         save(orbit_overview(dataset), path)
         return
-    dataset.to_netcdf(path)
+    write_tree(dataset, path)
     print(f"wrote {path}")
