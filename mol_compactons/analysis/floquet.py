@@ -57,8 +57,8 @@ def spectrum(orbit: Orbit, cells: NDArray[np.bool_] | None = None, count: int = 
     All norms are those of the balanced matrix B = T^-1 G' T, with T diagonal, up to the order of the unknowns: a weighted
     norm, without which the shift out of a window has no useful condition. Its error is that of rounding and of the orbit,
     both relative to the norm, and |B x - mu x|. The bar of a multiplier is this error times the condition 1 / |<y, x>|, for
-    unit eigenvectors x to the right and y to the left; or, if it is less, that of `_pair_bar`, for the multiplier 1 of a wave
-    is double with one eigenvector, and its condition without bound.
+    unit eigenvectors x to the right and y to the left. Where that is more than an eighth of the distance to the next one it is
+    no bound any more, and that of `_pair_bar` is taken: the multiplier 1 of a wave is double with one eigenvector.
 
     Parameters
     ----------
@@ -84,24 +84,30 @@ def spectrum(orbit: Orbit, cells: NDArray[np.bool_] | None = None, count: int = 
     # The largest singular value is below the geometric mean of these two norms.
     norm = float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
     wrong = norm * (ROUNDING + orbit.uncertainty) + missed
-    errors = np.array([min(one, _pair_bar(i, values, left, right, wrong)) for i, one in enumerate(condition * wrong)])
+    errors = np.array([_bar(index, one, values, left, right, wrong) for index, one in enumerate(condition * wrong)])
     modes = np.zeros((values.size, components * size), dtype=np.complex128)
     own = transform @ right
     modes[:, kept] = (own / np.linalg.norm(own, axis=0)).T
     return Spectrum(values, errors, modes)
 
 
-def _pair_bar(index: int, values: ComplexArray, left: ComplexArray, right: ComplexArray, wrong: Array) -> float:
-    """The bar of a multiplier and its nearest neighbour as one cluster, in whose plane the matrix is P of two rows.
+def _bar(index: int, simple: float, values: ComplexArray, left: ComplexArray, right: ComplexArray, wrong: Array) -> float:
+    """The bar of a multiplier from that of first order, or from its nearest neighbour."""
+    gaps = np.abs(values - values[index])
+    gaps[index] = np.inf
+    nearest = int(gaps.argmin())
+    if simple <= gaps[nearest] / 8:
+        # Two that repel each other move by a little more than in first order.
+        return float(simple * (1 + 2 * simple / gaps[nearest]))
+    return _pair_bar([index, nearest], values, left, right, wrong)
+
+
+def _pair_bar(pair: list[int], values: ComplexArray, left: ComplexArray, right: ComplexArray, wrong: Array) -> float:
+    """The bar of two neighbours as one cluster, in whose plane the matrix is P, of two rows.
 
     With m their mean, an error e of P moves the eigenvalues by at most sqrt((2 |P - m| + e) e), and e is that of the matrix
     times the norm of the projector on the plane. Source: Elsner, Linear Algebra Appl. 71 (1985) 77.
     """
-    if values.size < 2:
-        return float("inf")
-    gaps = np.abs(values - values[index])
-    gaps[index] = np.inf
-    pair = [index, int(gaps.argmin())]
     plane, coordinates = np.linalg.qr(right[:, pair])
     overlap = np.linalg.svd(np.linalg.qr(left[:, pair])[0].conj().T @ plane, compute_uv=False)[-1]
     if not (overlap > 0 and abs(coordinates[1, 1]) > 0):
