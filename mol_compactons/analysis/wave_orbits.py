@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SHOWN = 6
-"""How many multipliers are shown, and found again with the steps halved."""
+"""How many multipliers are shown, and stored with their modes."""
 
 WINDOW = 0.6
 """How far from its centre the window of a wave on a grid reaches, in widths of the wave."""
@@ -64,11 +64,11 @@ def orbit(
     Returns
     -------
     xarray.Dataset
-        The wave, by the names of the equation's variables (x or k); ``multiplier_real``, ``multiplier_imag``, ``modulus``
-        and ``error`` (multiplier), the largest first; ``step_error`` and ``window_error`` (shown), the change of the modulus
-        of the largest when the steps are halved and when the window is made narrower; ``mode_real`` and ``mode_imag`` (shown,
-        component, x), their unit eigenvectors. Among its attributes are the verdict, the residual of the fixed point, and the
-        simulation.
+        The wave, by the names of the equation's variables (x or k); ``multiplier_real``, ``multiplier_imag``, ``modulus``,
+        ``error``, ``step_error`` and ``window_error`` (multiplier), the largest first, with the bar from rounding, and the
+        change of the modulus when the steps are halved and when the window is made narrower; ``mode_real`` and ``mode_imag``
+        (shown, component, x), the unit eigenvectors of the largest. Among its attributes are the verdict, the residual of the
+        fixed point, and the simulation.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def orbit(
     multipliers = spectrum(found, cells, SHOWN)
     finer = spectrum(close(system, found.state, period.halved), cells, SHOWN)
     narrower = multipliers if fewer is None else spectrum(found, fewer, SHOWN)
-    by_steps, by_window = (changes(multipliers.values[:SHOWN], other.values) for other in (finer, narrower))
+    by_steps, by_window = (changes(multipliers.values, other.values) for other in (finer, narrower))
     return _dataset(simulation, period, around, found, multipliers, by_steps, by_window)
 
 
@@ -161,9 +161,8 @@ def _dataset(
     import xarray as xr
 
     grid, names = simulation.grid, simulation.equation.variables
-    values, shown = multipliers.values, by_steps.size
-    errors = multipliers.errors.copy()
-    errors[:shown] += by_steps + by_window
+    values, shown = multipliers.values, min(SHOWN, multipliers.values.size)
+    errors = multipliers.errors + by_steps + by_window
     modes = multipliers.modes[:shown].reshape(shown, *found.state.shape)
     shape = ("shown", "component", grid.dimension)
     return xr.Dataset(
@@ -173,8 +172,8 @@ def _dataset(
             "multiplier_imag": ("multiplier", values.imag),
             "modulus": ("multiplier", np.abs(values)),
             "error": ("multiplier", multipliers.errors),
-            "step_error": ("shown", by_steps),
-            "window_error": ("shown", by_window),
+            "step_error": ("multiplier", by_steps),
+            "window_error": ("multiplier", by_window),
             "mode_real": (shape, modes.real),
             "mode_imag": (shape, modes.imag),
         },
@@ -206,7 +205,7 @@ def report_orbit(dataset: xr.Dataset) -> list[str]:
     for index in range(dataset.sizes["shown"]):
         one = dataset.isel(multiplier=index)
         angle = float(np.angle(complex(one["multiplier_real"], one["multiplier_imag"])))
-        bars = (float(one["error"]), *(float(dataset[name][index]) for name in ("step_error", "window_error")))
+        bars = [float(one[name]) for name in ("error", "step_error", "window_error")]
         lines.append(f"  {float(one['modulus']):.8f} {' '.join(f'+- {bar:.0e}' for bar in bars)}, {angle:+.4f}")
     meaning = {
         "stable": "stable: none lies outside the unit circle by more than its bars, at this size and these steps",
