@@ -96,9 +96,9 @@ class PadeScheme(ViscousScheme):
 
     Notes
     -----
-    Sources: Ismail and Taha, Math. Comput. Simul. 47 (1998) 519, doi:10.1016/S0378-4754(98)00132-3; de Frutos,
-    Lopez-Marcos and Sanz-Serna, J. Comput. Phys. 120 (1995) 248, doi:10.1006/jcph.1995.1161; Rus and Villatoro, Math.
-    Comput. Simul. 76 (2007) 188, doi:10.1016/j.matcom.2007.01.016.
+    Sources: Ismail and Taha, Math. Comput. Simul. 47 (1998) 519; de Frutos, Lopez-Marcos and Sanz-Serna, J. Comput. Phys. 120
+    (1995) 248; Rus and Villatoro, Math. Comput. Simul. 76 (2007) 188. The four side by side: Rus and Villatoro,
+    arXiv:0708.0486.
     """
 
     stencil: Literal["ismail_taha", "de_frutos", "pade_6", "pade_8"] = "de_frutos"
