@@ -16,6 +16,7 @@ from mol_compactons.analysis.orbits import Orbit
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Eigenpairs = tuple[ComplexArray, ComplexArray, ComplexArray]
 
 DENSE = 1600
 """Up to so many unknowns all multipliers are found; beyond, the largest."""
@@ -84,40 +85,42 @@ def spectrum(orbit: Orbit, cells: NDArray[np.bool_] | None = None, count: int = 
     # The largest singular value is below the geometric mean of these two norms.
     norm = float(np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf)))
     wrong = norm * (ROUNDING + orbit.uncertainty) + missed
-    errors = np.array([_bar(index, one, values, left, right, wrong) for index, one in enumerate(condition * wrong)])
+    pairs = values, left, right
+    errors = np.array([_bar(index, one, matrix, pairs, wrong) for index, one in enumerate(condition * wrong)])
     modes = np.zeros((values.size, components * size), dtype=np.complex128)
     own = transform @ right
     modes[:, kept] = (own / np.linalg.norm(own, axis=0)).T
     return Spectrum(values, errors, modes)
 
 
-def _bar(index: int, simple: float, values: ComplexArray, left: ComplexArray, right: ComplexArray, wrong: Array) -> float:
+def _bar(index: int, simple: float, matrix: Array, pairs: Eigenpairs, wrong: Array) -> float:
     """The bar of a multiplier from that of first order, or from its nearest neighbour."""
-    gaps = np.abs(values - values[index])
+    gaps = np.abs(pairs[0] - pairs[0][index])
     gaps[index] = np.inf
     nearest = int(gaps.argmin())
     if simple <= gaps[nearest] / 8:
         # Two that repel each other move by a little more than in first order.
         return float(simple * (1 + 2 * simple / gaps[nearest]))
-    return _pair_bar([index, nearest], values, left, right, wrong)
+    return _pair_bar([index, nearest], matrix, pairs, wrong)
 
 
-def _pair_bar(pair: list[int], values: ComplexArray, left: ComplexArray, right: ComplexArray, wrong: Array) -> float:
+def _pair_bar(pair: list[int], matrix: Array, pairs: Eigenpairs, wrong: Array) -> float:
     """The bar of two neighbours as one cluster, in whose plane the matrix is P, of two rows.
 
     With m their mean, an error e of P moves the eigenvalues by at most sqrt((2 |P - m| + e) e), and e is that of the matrix
     times the norm of the projector on the plane. Source: Elsner, Linear Algebra Appl. 71 (1985) 77.
     """
-    plane, coordinates = np.linalg.qr(right[:, pair])
-    overlap = np.linalg.svd(np.linalg.qr(left[:, pair])[0].conj().T @ plane, compute_uv=False)[-1]
-    if not (overlap > 0 and abs(coordinates[1, 1]) > 0):
+    values, left, right = pairs
+    plane, rows = np.linalg.qr(right[:, pair])[0], np.linalg.qr(left[:, pair])[0].conj().T
+    overlap = np.linalg.svd(rows @ plane, compute_uv=False)[-1]
+    if not overlap > 0:
         return float("inf")
     error = float(wrong[pair].max() / overlap)
-    inner = coordinates @ np.diag(values[pair] - values[pair].mean()) @ np.linalg.inv(coordinates)
+    inner = np.linalg.solve(rows @ plane, rows @ matrix @ plane) - values[pair].mean() * np.eye(2)
     return float(np.sqrt((2 * np.linalg.norm(inner, 2) + error) * error))
 
 
-def _eigenpairs(matrix: Array, count: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+def _eigenpairs(matrix: Array, count: int) -> Eigenpairs:
     """Eigenvalues with unit eigenvectors to the left and to the right, in columns."""
     from scipy.linalg import eig
 
@@ -128,7 +131,7 @@ def _eigenpairs(matrix: Array, count: int) -> tuple[ComplexArray, ComplexArray, 
     return values, left, right
 
 
-def _largest(matrix: Array, count: int) -> tuple[ComplexArray, ComplexArray, ComplexArray] | None:
+def _largest(matrix: Array, count: int) -> Eigenpairs | None:
     """The same for the largest only, by Arnoldi's method; None where it does not find one."""
     values, right = _arnoldi(matrix, count)
     others, left = _arnoldi(np.ascontiguousarray(matrix.T), count)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.multipliers import sawtooth_speed
 from mol_compactons import (
     Compacton,
     CompactScheme,
@@ -204,6 +205,16 @@ def test_mirror_images_of_the_absolute_equation_move_the_same_way(seed: int, nam
     system = PadeScheme(name).discretize(RosenauHyman(2, 2, absolute=True), Grid(9, 30))
     state = random_state(seed, 1, 30)
     assert np.array_equal(right_hand_side(system, -state), -right_hand_side(system, state))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_sawteeth_travel_at_the_speed_that_follows_from_the_mass_matrix(name: Name) -> None:
+    """C is 4 d/dx of the envelope on a sawtooth, and A its symbol at pi; the wide difference moves them not at all."""
+    symbol = PADE_STENCILS[name].mass.symbol(np.array([np.pi]))[0].real
+    equation = RosenauHyman(2, 2)
+    assert sawtooth_speed(PadeScheme(name), equation) == pytest.approx(4 / symbol, rel=2e-3)
+    assert abs(sawtooth_speed(CompactScheme("wide", viscosity=0), equation)) < 1e-3
+    assert sawtooth_speed(ConservativeScheme(4), equation) == pytest.approx(16 / 3, rel=2e-3)
 
 
 def test_viscosity_damps() -> None:
