@@ -15,6 +15,7 @@ from mol_compactons.analysis import (
     displacements,
     drift,
     first_collision,
+    orbit,
     track,
     two_way_continuum_of,
 )
@@ -39,10 +40,10 @@ from mol_compactons.equations import (
 )
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.integrators import CVODE, IDA, Counters, Integrator, Midpoint, Rosenbrock, Symplectic
+from mol_compactons.integrators import CVODE, IDA, Counters, GaussLegendre, Integrator, Midpoint, Rosenbrock, Symplectic
 from mol_compactons.results import open_result, open_study, write_tree
 from mol_compactons.running import run
-from mol_compactons.schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, Scheme
+from mol_compactons.schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, PadeScheme, Scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import Family, converge, judge, report
@@ -65,6 +66,7 @@ __all__ = [
     "Family",
     "Formula",
     "FourierScheme",
+    "GaussLegendre",
     "GranularChain",
     "GranularCompacton",
     "Grid",
@@ -77,6 +79,7 @@ __all__ = [
     "Midpoint",
     "NearestNeighbours",
     "Nesterenko",
+    "PadeScheme",
     "PeriodicWave",
     "PowerContact",
     "PowerLaw",
@@ -105,6 +108,7 @@ __all__ = [
     "judge",
     "open_result",
     "open_study",
+    "orbit",
     "report",
     "require",
     "run",

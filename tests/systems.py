@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from benchmarks.orders import fitted_rate
 from benchmarks.orders import relative_error as relative_error
 from mol_compactons import Compacton, CompactScheme, GranularCompacton, Grid, Simulation
-from mol_compactons.integrators import CVODE, IDA, Midpoint, Rosenbrock
+from mol_compactons.integrators import CVODE, IDA, GaussLegendre, Midpoint, Rosenbrock
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import Stencil
 
@@ -68,7 +68,7 @@ def one_compacton(
     frames: int = 3,
     second_difference: SecondDifference = "wide",
     viscosity: float = 1e-3,
-    integrator: IDA | CVODE | Midpoint | Rosenbrock | None = None,
+    integrator: IDA | CVODE | GaussLegendre | Midpoint | Rosenbrock | None = None,
     sign: int = 1,
 ) -> Simulation:
     """One compacton of speed 1."""

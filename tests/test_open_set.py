@@ -68,7 +68,7 @@ def test_classes_of_the_package_have_bare_names_and_others_their_module() -> Non
     assert {"GranularChain", "GranularCompacton", "Nesterenko", "PowerLawEquation", "RosenauHyman"} <= own
     assert all(":" not in name for name in own)
     own_integrators = {name for name in loaded(Integrator) if ":" not in name}
-    assert own_integrators == {"CVODE", "IDA", "Midpoint", "Rosenbrock", "Symplectic"}
+    assert own_integrators == {"CVODE", "GaussLegendre", "IDA", "Midpoint", "Rosenbrock", "Symplectic"}
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from mol_compactons import (
     Compacton,
     CompactScheme,
     ConservativeScheme,
+    GaussLegendre,
     GranularChain,
     GranularCompacton,
     Grid,
@@ -40,7 +41,9 @@ simulations = st.builds(
     initial=st.lists(st.builds(Compacton, speed=st.floats(0.1, 3), center=st.floats(-50, 50)), min_size=1, max_size=1),
     t_end=st.floats(1e-3, 1e3),
     frames=st.integers(2, 1000),
-    integrator=st.builds(IDA, rtol=st.floats(1e-12, 1e-3)) | st.builds(Midpoint, step=st.floats(1e-4, 1)),
+    integrator=st.builds(IDA, rtol=st.floats(1e-12, 1e-3))
+    | st.builds(Midpoint, step=st.floats(1e-4, 1))
+    | st.builds(GaussLegendre, step=st.floats(1e-4, 1), order=st.sampled_from([4, 6])),
     title=st.text(max_size=10),
 )
 

@@ -7,6 +7,7 @@ from mol_compactons.analysis.displacements import displacements
 from mol_compactons.analysis.drift import drift
 from mol_compactons.analysis.scaling import ScalingMap
 from mol_compactons.analysis.tracking import track
+from mol_compactons.analysis.wave_orbits import orbit
 
 __all__ = [
     "Finding",
@@ -17,6 +18,7 @@ __all__ = [
     "displacements",
     "drift",
     "first_collision",
+    "orbit",
     "track",
     "two_way_continuum_of",
 ]

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mol_compactons.analysis.wave_orbits import report_orbit
 from mol_compactons.cli.common import add_import, contents, cost, kept, save
 from mol_compactons.cli.scenarios import import_module, listing
 from mol_compactons.cli.studies import print_study
@@ -61,6 +62,9 @@ def _info(options: argparse.Namespace) -> None:
         if "family" in dataset.attrs:
             print_study(Path(options.result))
             return
+        if "period" in dataset.attrs:
+            print(*report_orbit(dataset), sep="\n")
+            return
         print(dataset.attrs["title"], contents(dataset), kept(dataset), cost(dataset), sep="\n")
         simulation = json.loads(str(dataset.attrs["simulation"]))
         for field in ("equation", "grid", "scheme", "integrator"):
@@ -93,7 +97,7 @@ def shown(part: Any) -> str:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    from mol_compactons.figures import convergence_overview, overview
+    from mol_compactons.figures import convergence_overview, orbit_overview, overview
 
     path = Path(options.output or Path(options.result).with_suffix(".png"))
     with open_result(Path(options.result)) as dataset:
@@ -101,6 +105,10 @@ def _plot(options: argparse.Namespace) -> None:
             check_target(path, options.overwrite)
             with open_study(Path(options.result)) as tree:
                 save(convergence_overview(tree), path)
+            return
+        if "period" in dataset.attrs:
+            check_target(path, options.overwrite)
+            save(orbit_overview(dataset), path)
             return
         if dataset.sizes["t"] < 2:
             raise InputError(f"{options.result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")

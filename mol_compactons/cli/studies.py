@@ -94,7 +94,7 @@ def _stability(options: argparse.Namespace) -> None:
     if not path:
         return
     if path.suffix.lower() == ".nc":
-        dataset.to_netcdf(path)
+        write_tree(dataset, path)
     else:
         stability_overview(dataset).savefig(path, dpi=150)
     print(f"wrote {path}")

@@ -1,8 +1,9 @@
 """Pictures: functions of a result and the axes to draw in, and whole figures."""
 
 from mol_compactons.figures.chain import side_by_side
+from mol_compactons.figures.orbits import orbit_overview
 from mol_compactons.figures.results import drifts, overview, waterfall
 from mol_compactons.figures.stability import stability_overview
 from mol_compactons.figures.studies import convergence_overview
 
-__all__ = ["convergence_overview", "drifts", "overview", "side_by_side", "stability_overview", "waterfall"]
+__all__ = ["convergence_overview", "drifts", "orbit_overview", "overview", "side_by_side", "stability_overview", "waterfall"]

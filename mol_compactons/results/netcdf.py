@@ -120,8 +120,8 @@ class NetCDFRecorder:
             raise InputError(f"{self._path} was replaced by another program while the run went on.") from None
 
 
-def write_tree(tree: xr.DataTree, path: str | Path) -> None:
-    """Write a tree into a NetCDF file, whole or not at all."""
+def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
+    """Write a tree, or a Dataset, into a NetCDF file, whole or not at all."""
     path = Path(path)
     part = path.with_name(f".{path.name}.{os.getpid()}")
     try:

@@ -5,5 +5,6 @@ from mol_compactons.schemes.central import CentralScheme
 from mol_compactons.schemes.compact import CompactScheme
 from mol_compactons.schemes.conservative import ConservativeScheme
 from mol_compactons.schemes.fourier import FourierScheme
+from mol_compactons.schemes.pade import PadeScheme
 
-__all__ = ["CentralScheme", "CompactScheme", "ConservativeScheme", "FourierScheme", "Scheme", "best_scheme"]
+__all__ = ["CentralScheme", "CompactScheme", "ConservativeScheme", "FourierScheme", "PadeScheme", "Scheme", "best_scheme"]

@@ -50,7 +50,7 @@ from tests.cli.conftest import QUICK
         (["run", "two_bright", "--set", "grid.length=1e-300"], "must lie between"),
         (["run", "two_bright", "--set", "frames=1e12"], "must lie between"),
         (["run", "two_bright", "--set", "integrator=Midpoint", "--set", "integrator.rtol=1"], "is not a field"),
-        (["run", "two_bright", "--set", "integrator=banana"], "must be Integrator (CVODE, IDA, Midpoint"),
+        (["run", "two_bright", "--set", "integrator=banana"], "must be Integrator (CVODE, GaussLegendre, IDA, Midpoint"),
         (["run", "two_bright", "--set", "initial=Compacton(speed=1, center=5)"], "must be a list of"),
         (["run", "two_bright", "--set", "integrator.atol=1e-300"], "must be above 1e-100"),
     ],

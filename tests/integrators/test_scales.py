@@ -15,6 +15,7 @@ from mol_compactons import (
     Compacton,
     CompactScheme,
     ConservativeScheme,
+    GaussLegendre,
     GranularChain,
     GranularCompacton,
     Grid,
@@ -66,8 +67,9 @@ def test_the_error_of_a_compacton_does_not_depend_on_its_speed(integrator: Any, 
 
 
 @pytest.mark.parametrize("power", [-6, 6])
-def test_the_midpoint_rule_is_scaled_with_its_step(power: int) -> None:
-    errors = [error(wave(c, Midpoint(step=0.1 / c), 2, ConservativeScheme(4))) for c in (1, 10.0**power)]
+@pytest.mark.parametrize("method", [Midpoint, GaussLegendre])
+def test_a_method_of_fixed_steps_is_scaled_with_its_step(method: type[Midpoint] | type[GaussLegendre], power: int) -> None:
+    errors = [error(wave(c, method(step=0.1 / c), 2, ConservativeScheme(4))) for c in (1, 10.0**power)]
     assert errors[1] == pytest.approx(errors[0], rel=1e-5)
 
 
