@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from mol_compactons.configuration import Settings
 from mol_compactons.errors import InputError, IntegrationError, require
@@ -17,6 +18,16 @@ CONSERVATIVE, VISCOUS, INVISCID = "conservative", "viscous", "inviscid"
 
 Notice = Callable[[str], None]
 """Called with one line about each member that has run."""
+
+
+class Cell(NamedTuple):
+    """The place of a member in its family: limit, scheme without its viscosity, number of points, viscosity, tolerance."""
+
+    limit: str
+    scheme: str
+    size: int
+    viscosity: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
@@ -45,6 +56,16 @@ class Member:
     def size(self) -> int:
         """The number of grid points."""
         return self.simulation.grid.size
+
+    @property
+    def cell(self) -> Cell:
+        """Its place in the family."""
+        return Cell(self.limit, self.scheme, self.size, self.viscosity, self.tolerance)
+
+    def is_independent_of(self, other: Member) -> bool:
+        """Whether its scheme is of another kind, neither a special case of the other's nor the reverse."""
+        own, its = self.simulation.scheme, other.simulation.scheme
+        return not isinstance(own, type(its)) and not isinstance(its, type(own))
 
     @property
     def label(self) -> str:
@@ -147,15 +168,20 @@ class Family(Settings):
         limits = {CONSERVATIVE: self.grid_viscosities, VISCOUS: self.viscosities}
         return {limit: values for limit, values in limits.items() if values} or {INVISCID: (0.0,)}
 
-    def members(self, simulation: Simulation) -> Iterator[Member]:
-        """The runs, coarse grids first; of a family that is complete."""
+    def cells(self) -> Iterator[tuple[Cell, Scheme]]:
+        """The places of its members, coarse grids first, each with its scheme; of a family that is complete."""
         for limit, viscosities in self.limits.items():
             for scheme in self.schemes:
                 for size in self.sizes:
                     for viscosity in viscosities:
                         every = size == self.sizes[-1] and viscosity == viscosities[-1]
                         for tolerance in self.tolerances if every else self.tolerances[-1:]:
-                            yield _member(simulation, limit, scheme, size, viscosity, tolerance)
+                            yield Cell(limit, scheme.label, size, viscosity, tolerance), scheme
+
+    def members(self, simulation: Simulation) -> Iterator[Member]:
+        """The runs, coarse grids first; of a family that is complete."""
+        for cell, scheme in self.cells():
+            yield _member(simulation, cell, scheme)
 
 
 def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
@@ -169,13 +195,13 @@ def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
     return (simulation.scheme,) if other is None else (simulation.scheme, other)
 
 
-def _member(simulation: Simulation, limit: str, scheme: Scheme, size: int, viscosity: float, tolerance: float) -> Member:
-    amounts = (0.0, viscosity) if limit == CONSERVATIVE else (viscosity, 0.0)
+def _member(simulation: Simulation, cell: Cell, scheme: Scheme) -> Member:
+    amounts = (0.0, cell.viscosity) if cell.limit == CONSERVATIVE else (cell.viscosity, 0.0)
     scheme = scheme.with_viscosity(*amounts)
-    grid = replace(simulation.grid, size=size)
-    integrator = _integrator(simulation.integrator, scheme.discretize(simulation.equation, grid), tolerance, scheme)
+    grid = replace(simulation.grid, size=cell.size)
+    integrator = _integrator(simulation.integrator, scheme.discretize(simulation.equation, grid), cell.tolerance, scheme)
     member = replace(simulation, scheme=scheme, grid=grid, integrator=integrator)
-    return Member(limit, scheme.label, viscosity, tolerance, member)
+    return Member(cell.limit, scheme.label, cell.viscosity, cell.tolerance, member)
 
 
 def _integrator(integrator: Integrator, system: SemiDiscretization, tolerance: float, scheme: Scheme) -> Integrator:

@@ -7,7 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mol_compactons import CVODE, Compacton, ConservativeScheme, GranularCompacton, Grid, InputError, Simulation, run
-from mol_compactons.analysis.collisions import FEWEST_FRAMES, SHORTEST_FLIGHT, first_collision
+from mol_compactons.analysis.collisions import first_collision
+from mol_compactons.analysis.flights import SHORTEST_FLIGHT
+from mol_compactons.analysis.settling import FEWEST_FRAMES
 from mol_compactons.analysis.tracking import track
 from tests.analysis.painted import painted
 
@@ -72,6 +74,7 @@ def by_hand(positions: np.ndarray, isolated: np.ndarray, period: float = 100.0) 
         {
             "position": (("t", "wave"), positions, {"period": period}),
             "height": (("t", "wave"), heights),
+            "width": (("t", "wave"), np.ones((frames, waves))),
             "isolated": (("t", "wave"), isolated),
             **dict.fromkeys(("mass_left", "momentum_left", "height_left"), ("t", left)),
         },

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mol_compactons import CompactScheme, ConservativeScheme, Family, judge
 from mol_compactons.studies.extrapolation import SAFETY, WIDE_SAFETY
 from mol_compactons.studies.family import Member
-from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED, _on_grid
+from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED
 from tests.studies.by_hand import LENGTH, UNIT, exact, spacing, study
 
 QUARTER, HALF, WHOLE = (LENGTH / size for size in (60, 120, 240))
@@ -132,11 +132,3 @@ def test_the_ladder_is_the_distance_of_each_grid_from_its_limit() -> None:
     assert ladder.spacing.values == pytest.approx([QUARTER, HALF, WHOLE])
     expected = 1e-3 * np.array([QUARTER, HALF, WHOLE]) ** 2 * UNIT / exact()
     assert distances.values == pytest.approx(expected, rel=1e-3)
-
-
-def test_a_profile_on_a_coarser_grid() -> None:
-    """Every other point where the points coincide, a periodic spline where not."""
-    fine = np.cos(2 * np.pi * np.arange(120) / 120)
-    assert np.array_equal(_on_grid(fine, 60), fine[::2])
-    coarse = np.cos(2 * np.pi * np.arange(50) / 50)
-    assert _on_grid(fine, 50) == pytest.approx(coarse, abs=1e-6)
