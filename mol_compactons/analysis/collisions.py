@@ -52,15 +52,15 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
         Along wave: ``moment``, ``phase_shift``, ``speed_before``, ``speed_after``, ``height_before``, ``height_after`` (means
         over the same times), ``scatter`` (the largest distance of a position from its line), ``flight_end`` (the last time of
         free flight after the collision, or else of the first), ``incoming_noise`` (the standard error of the incoming line at
-        the moment); NaN for what there is not: a wave that did not collide has no
-        values after. ``mass_left``, ``momentum_left``, ``height_left``: means over the last window of the time in which all
-        waves that collided are free, NaN without one.
+        the moment); NaN for what there is not: a wave that did not collide has no values after. ``mass_left``,
+        ``momentum_left``, ``height_left``: means over the last window of the time in which all waves that collided are free,
+        NaN without one.
 
         Along wave and window, of the flight after the collision or else of the first: ``window_t`` (the middle, since the
         collision or the start), ``window_phase_shift``, ``window_speed``, ``window_height``, ``window_mismatch`` (the speed
-        less that of a compacton as high); along wave the standard errors of the last, ``phase_shift_noise`` and so on; the same of what
-        is left, along window. ``phase_shift_settling`` and so on: how far each may be from what it tends to, as `remaining`
-        says, for heights and speeds no less than the mismatch; NaN where there are no windows.
+        less that of a compacton as high); along wave the standard errors of the last, ``phase_shift_noise`` and so on; the
+        same of what is left, along window. ``phase_shift_settling`` and so on: how far each may be from what it tends to, as
+        `remaining` says, and no less than `least_change` does; NaN where there are no windows.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
 
 
 def family_speeds(tracks: xr.Dataset) -> Array:
-    """The speed of the compacton as high as each wave, shape (t, wave); NaN where there is none, or the wave is no compacton."""
+    """The speed of the compacton as high as each wave, shape (t, wave); NaN where there is none."""
     if "family_speed" in tracks:
         return np.asarray(tracks["family_speed"].values, dtype=float)
     heights = tracks["height"].values

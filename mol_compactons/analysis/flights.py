@@ -136,7 +136,10 @@ def _cut(path: Path, events: list[Path], times: Array, length: float) -> Path | 
 
 
 def _short_of(event: Path, path: Path, flight: Frames, line: Line, start: float, times: Array, length: float) -> Frames:
-    """The frames of a flight before the wave, at `start` when or after the event was, has its front at the rear of the rest."""
+    """The frames of a flight before the wave has its front at the rear of what an event left behind.
+
+    At the moment of the event, or of its own collision if that was later, it was at `start`.
+    """
     way = np.sign(line.slope)
     front = 0.5 * path.width + event.width
     ahead = length - (way * (start - event.place) + front) % length

@@ -112,7 +112,7 @@ def _not_extrapolated(
     for viscosity, one in limits.items():
         values = [outcome.values[quantity] for outcome in _ladder(precise, viscosity)][-3:]
         changes = [distance(fine, coarse) for coarse, fine in pairwise(values)]
-        error = max(spread, WIDE_SAFETY * max(changes)) if changes else np.inf
+        error = max(spread, WIDE_SAFETY * changes[-1]) if changes else np.inf
         bare[viscosity] = Extrapolation(values[-1], error, np.nan, one.shrinking)
     return bare
 
@@ -186,16 +186,11 @@ def _error_of_time(
     """How far the next tolerance is from the tightest on the finest grid that has both, and what is missing."""
     for one in sorted(precise, key=lambda outcome: -outcome.member.size):
         same = [o for o in outcomes if (o.member.size, o.member.viscosity) == (one.member.size, viscosity)]
-        looser = [o for o in same if o.member.tolerance > one.member.tolerance and not _same_run(o, one)]
+        looser = [o for o in same if o.member.tolerance > one.member.tolerance and not o.is_same_run_as(one)]
         if looser and one.member.viscosity == viscosity:
             nearest = min(looser, key=lambda outcome: outcome.member.tolerance)
             return _part_of(nearest, one) * distance(nearest.values[quantity], one.values[quantity]), []
     return 0.0, ["only one tolerance"]
-
-
-def _same_run(one: Outcome, other: Outcome) -> bool:
-    """Whether two tolerances came to the same steps, as steps do that are cut to the times of the frames."""
-    return one.member.size == other.member.size and bool(np.array_equal(one.values["profile"], other.values["profile"]))
 
 
 def _part_of(looser: Outcome, tighter: Outcome) -> float:
@@ -207,7 +202,7 @@ def _gather_in_time(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     """The same of a chain, which has no grid to refine: its ladder is that of the tolerances or steps."""
     ladder: list[Outcome] = []
     for outcome in sorted(outcomes, key=lambda outcome: -outcome.member.tolerance):
-        if not ladder or not _same_run(ladder[-1], outcome):
+        if not ladder or not ladder[-1].is_same_run_as(outcome):
             ladder.append(outcome)
     steps = list(pairwise(ladder))
     changes = [_part_of(coarse, fine) * distance(fine.values[quantity], coarse.values[quantity]) for coarse, fine in steps]

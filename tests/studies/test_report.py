@@ -31,7 +31,7 @@ def test_a_table_for_each_limit_with_the_numbers_of_the_summary() -> None:
     row = tree["summary"].to_dataset().sel(limit="inviscid", quantity="profile")
     assert lines[0] == "inviscid limit: converged"
     assert " ".join(lines[1].split()) == (
-        "quantity value error = space + time + viscosity + scheme rate error / scale, verdict"
+        "quantity value error = space + time + viscosity + scheme + settling rate error / scale, verdict"
     )
     (line,) = [line for line in lines if line.startswith("  profile")]
     numbers = line.split()
