@@ -62,7 +62,10 @@ class Relaxing:
                 "speed": (along, speed),
                 "width": (along, np.where(isolated, SUPPORT / 2, np.nan)),
                 "isolated": (along, isolated),
-                **{name: ("t", np.where(isolated[:, 0], 0.01, np.nan)) for name in ("mass_left", "momentum_left", "height_left")},
+                **{
+                    name: ("t", np.where(isolated[:, 0], 0.01, np.nan))
+                    for name in ("mass_left", "momentum_left", "height_left")
+                },
             },
             {"t": times, "wave": np.arange(2)},
             {} if simulation is None else {"simulation": simulation},

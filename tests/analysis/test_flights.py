@@ -75,7 +75,9 @@ def mirrored(tracks: xr.Dataset) -> xr.Dataset:
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(50, 120), st.floats(40, 120))
 @settings(max_examples=20, deadline=None)
-def test_mirror_images_have_the_same_flights_and_opposite_shifts(first: float, second: float, length: float, t_end: float) -> None:
+def test_mirror_images_have_the_same_flights_and_opposite_shifts(
+    first: float, second: float, length: float, t_end: float
+) -> None:
     tracks = Relaxing(shifts=(first, second), length=length, t_end=t_end).tracks()
     one, other = first_collision(tracks), first_collision(mirrored(tracks))
     assert other.phase_shift.values == pytest.approx(-one.phase_shift.values, abs=1e-9)

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from mol_compactons import (
     Symplectic,
 )
 from mol_compactons.assignment import assign
-from mol_compactons.studies.family import CONSERVATIVE, INVISCID, VISCOUS
+from mol_compactons.studies.family import CONSERVATIVE, INVISCID, VISCOUS, Member
 from tests.studies.simulations import chain, single
 
 
@@ -64,6 +64,25 @@ def test_members_differ_in_one_thing_at_a_time(sizes: list[int], tolerances: lis
         assert member.simulation.scheme.label == member.scheme
         if member.tolerance != min(tolerances):
             assert (member.size, member.viscosity) == (max(sizes), min(viscosities))
+
+
+def test_cells_are_the_places_of_the_members() -> None:
+    family = Family(viscosities=(1e-3, 2e-3), grid_viscosities=(0.1,)).completed(single())
+    assert [cell for cell, _ in family.cells()] == [member.cell for member in family.members(single())]
+    assert len(set(family.cells())) == len(list(family.cells()))
+
+
+def test_kinds_of_schemes_are_classes() -> None:
+    """Other settings of one class are no other kind, nor is a special case of it."""
+
+    @dataclass(frozen=True)
+    class Special(ConservativeScheme):
+        pass
+
+    schemes = (ConservativeScheme(order=2), ConservativeScheme(order=4), Special(), CompactScheme())
+    members = [Member(INVISCID, scheme.label, 0.0, 1e-6, replace(single(), scheme=scheme)) for scheme in schemes]
+    independent = [[one.is_independent_of(other) for other in members] for one in members]
+    assert independent == [[False, False, False, True]] * 3 + [[True, True, True, False]]
 
 
 def test_a_viscosity_in_grid_units_stays_one() -> None:

@@ -48,6 +48,23 @@ def test_what_failed_is_named_at_the_end() -> None:
     assert report(tree)[-2:] == ["failed and not counted: one: gave up", "failed and not counted: other: gave up too"]
 
 
+def test_the_headline_says_how_many_members_failed() -> None:
+    """Even where what is left of the study agrees."""
+    tree = judge(study(lambda member: 0.0, Family(schemes=BOTH), fails=lambda member: member.size == 240))
+    lines = report(tree)
+    assert lines[0] == "inviscid limit: not converged; 4 of 8 members failed"
+    assert len([line for line in lines if line.startswith("failed and not counted")]) == 4
+
+
+def test_a_study_stored_before_there_were_all_parts_is_read() -> None:
+    tree = judge(study(lambda member: 0.0))
+    old = tree["summary"].to_dataset().drop_vars(["settling", "failed", "members"])
+    lines = report(xr.DataTree.from_dict({"/": xr.Dataset(attrs=tree.attrs), "/summary": old}))
+    assert lines[0] == "inviscid limit: converged"
+    assert "settling" not in lines[1]
+    assert len(lines) == len(report(tree))
+
+
 def two_limits(apart: float, bar: float) -> xr.Dataset:
     return xr.Dataset(
         {
