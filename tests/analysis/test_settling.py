@@ -20,7 +20,7 @@ from mol_compactons.analysis.settling import (
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.integers(2, 30))
 def test_a_line_is_found_to_round_off_and_has_no_noise(value: float, slope: float, size: int) -> None:
-    times = 3 + np.arange(size) * 0.5
+    times = 3 + 0.5 * np.arange(float(size))
     line = line_through(times, value + slope * (times - 7))
     assert line.at(7) == pytest.approx(value, abs=1e-11)
     assert line.slope == pytest.approx(slope, abs=1e-11)
