@@ -2,6 +2,7 @@
 
 import json
 import runpy
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
