@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,7 @@ Array = NDArray[np.float64]
 
 PER_WAVE = (
     *("moment", "phase_shift", "speed_before", "speed_after", "height_before", "height_after"),
-    *("scatter", "flight_end", "incoming_noise"),
+    *("scatter", "flight_end", "incoming_noise", "misfit"),
 )
 
 MEASURES = ("phase_shift", "speed", "height", "mismatch")
@@ -52,7 +53,8 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
         Along wave: ``moment``, ``phase_shift``, ``speed_before``, ``speed_after``, ``height_before``, ``height_after`` (means
         over the same times), ``scatter`` (the largest distance of a position from its line), ``flight_end`` (the last time of
         free flight after the collision, or else of the first), ``incoming_noise`` (the standard error of the incoming line at
-        the moment); NaN for what there is not: a wave that did not collide has no values after. ``mass_left``,
+        the moment), ``misfit`` (the mean residual of the fit of the exact wave, over the same times as the values after, or
+        else before); NaN for what there is not: a wave that did not collide has no values after. ``mass_left``,
         ``momentum_left``, ``height_left``: means over the last window of the time in which all waves that collided are free,
         NaN without one.
 
@@ -60,7 +62,8 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
         collision or the start), ``window_phase_shift``, ``window_speed``, ``window_height``, ``window_mismatch`` (the speed
         less that of a compacton as high); along wave the standard errors of the last, ``phase_shift_noise`` and so on; the
         same of what is left, along window. ``phase_shift_settling`` and so on: how far each may be from what it tends to, as
-        `remaining` says, and no less than `least_change` does; NaN where there are no windows.
+        `remaining` says, and no less than `least_change` does. ``phase_shift_reading`` and so on: how exactly each is read,
+        as `readings` says. NaN where there are no windows.
 
     Raises
     ------
@@ -84,7 +87,10 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
 
 
 def family_speeds(tracks: xr.Dataset) -> Array:
-    """The speed of the compacton as high as each wave, shape (t, wave); NaN where there is none."""
+    """The speed of the solitary wave as high as each wave, shape (t, wave); NaN where none is known.
+
+    Tops of quartics are no heights of the waves of a chain, which are a few sites wide: there only fits count.
+    """
     if "family_speed" in tracks:
         return np.asarray(tracks["family_speed"].values, dtype=float)
     heights = tracks["height"].values
@@ -93,16 +99,19 @@ def family_speeds(tracks: xr.Dataset) -> Array:
         return speeds
     simulation = Simulation.from_json(str(tracks.attrs["simulation"]))
     # Peaks of other data, as of a wave on a background, need not be compactons.
-    if all(isinstance(wave, LocalizedWave) for wave in simulation.initial):
-        for place in np.argwhere(heights != 0):
-            height = abs(float(heights[tuple(place)]))
-            speeds[tuple(place)] = np.nan if np.isnan(height) else simulation.equation.compacton_speed(height) or np.nan
+    localized = all(isinstance(wave, LocalizedWave) for wave in simulation.initial)
+    if localized and (simulation.scheme.refines or "residual" in tracks):
+        for place in np.argwhere(np.abs(heights) > 0):
+            height = float(heights[tuple(place)])
+            speed = simulation.equation.solitary_speed(abs(height), 1 if height > 0 else -1)
+            speeds[tuple(place)] = np.nan if speed is None else speed
     return speeds
 
 
 def _nothing() -> dict[str, float | Array]:
     """What is said of a wave of which nothing is known."""
-    single = (*PER_WAVE, *(f"{name}_noise" for name in MEASURES), *(f"{name}_settling" for name in MEASURES[:-1]))
+    judged = (f"{name}_{what}" for name in MEASURES[:-1] for what in ("settling", "reading"))
+    single = (*PER_WAVE, *(f"{name}_noise" for name in MEASURES), *judged)
     return dict.fromkeys(single, np.nan) | {f"window_{name}": np.full(WINDOWS, np.nan) for name in ("t", *MEASURES)}
 
 
@@ -120,6 +129,7 @@ def _of_wave(path: Path | None, track: xr.Dataset, of_height: Array) -> dict[str
         "height_before": heights[path.before].mean(),
         "scatter": path.incoming.scatter,
         "flight_end": times[flight[-1]],
+        "misfit": _misfit(track, path.before),
     }
     if path.after.size:
         last = parts[-1] if parts else flight[flight.size // 2 :]
@@ -129,9 +139,20 @@ def _of_wave(path: Path | None, track: xr.Dataset, of_height: Array) -> dict[str
             "phase_shift": outgoing.at(path.moment) - path.place,
             "speed_after": outgoing.slope,
             "height_after": heights[last].mean(),
+            "misfit": _misfit(track, last),
             "scatter": max(path.incoming.scatter, outgoing.scatter),
         }
-    return values | _of_windows(path, parts, since, times, heights, of_height) if parts else values
+    if not parts:
+        return values
+    seen = _of_windows(path, parts, since, times, heights, of_height)
+    return values | seen | readings(seen, float(values["misfit"]), path.width)
+
+
+def _misfit(track: xr.Dataset, frames: Frames) -> float:
+    """The mean residual of the fits in some frames, NaN where the tracks have none."""
+    residuals = track["residual"].values[frames] if "residual" in track else np.empty(0)
+    known = residuals[~np.isnan(residuals)]
+    return float(known.mean()) if known.size else np.nan
 
 
 def _of_windows(
@@ -156,16 +177,46 @@ def _of_windows(
         "mismatch": lines[-1].slope_noise,
     }
     to_go = {name: remaining(t, seen[name], noises[name]) for name in MEASURES[:-1]}
-    # A line through a flight that is curved has few independent residuals, and so a large error far from its middle.
-    incoming_noise = path.incoming.noise_at(path.moment)
-    to_go["phase_shift"] += 2 * incoming_noise
     least = least_change(t[-1], seen["speed"][-1], seen["height"][-1], seen["mismatch"][-1])
     return {
-        "incoming_noise": incoming_noise,
+        "incoming_noise": path.incoming.noise_at(path.moment),
         "window_t": t,
         **{f"window_{name}": values for name, values in seen.items()},
         **{f"{name}_noise": noise for name, noise in noises.items()},
         **{f"{name}_settling": max(value, abs(least[name])) for name, value in to_go.items()},
+    }
+
+
+def readings(seen: Mapping[str, float | Array], misfit: float, width: float) -> dict[str, float]:
+    """How exactly the phase shift, the speed and the height of a wave are read from the frames.
+
+    Twice the standard error of the lines through the readings, and what the misfit r leaves open: another reading, as that of
+    the top, differs from the fit by about r times the height, and by r / 4 times the support in its place, before the
+    collision and after it. A line through a flight that is curved has few independent residuals, and so a large error.
+
+    Parameters
+    ----------
+    seen : mapping
+        ``phase_shift_noise``, ``speed_noise``, ``height_noise`` and ``incoming_noise``, the standard errors, and
+        ``window_height``.
+    misfit : float
+        The relative L2 residual of the fit; NaN where none was made: the readings then are tops of quartics, whose errors
+        are those of the grid.
+    width : float
+        The length of the support.
+
+    Returns
+    -------
+    dict
+        ``phase_shift_reading``, ``speed_reading`` and ``height_reading``.
+    """
+    open_part = 0.0 if np.isnan(misfit) else misfit
+    incoming = 0.0 if np.isnan(seen["incoming_noise"]).any() else float(seen["incoming_noise"])
+    height = abs(float(np.asarray(seen["window_height"])[-1]))
+    return {
+        "phase_shift_reading": 2 * (float(seen["phase_shift_noise"]) + incoming) + 0.5 * open_part * width,
+        "speed_reading": 2 * float(seen["speed_noise"]),
+        "height_reading": 2 * float(seen["height_noise"]) + open_part * height,
     }
 
 

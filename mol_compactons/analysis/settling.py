@@ -73,6 +73,25 @@ def line_through(times: Array, values: Array) -> Line:
     return Line(t, value, slope, float(noise[0]), float(noise[1]), float(np.abs(residuals).max()))
 
 
+def reading_noise(values: Array) -> float:
+    """The standard error of one of a few values at equal times, that lie about a smooth course.
+
+    The third differences of a smooth course are small, those of independent errors of the variance s^2 have 20 s^2.
+
+    Parameters
+    ----------
+    values : array
+        Four or more.
+
+    Returns
+    -------
+    float
+        NaN where there are fewer, or one of them is NaN.
+    """
+    thirds = np.diff(values, 3) if values.size > 3 else np.array([np.nan])
+    return float(np.sqrt(np.mean(thirds * thirds) / 20))
+
+
 def windows(times: Array, frames: NDArray[np.intp], since: float) -> list[NDArray[np.intp]]:
     """Three windows of free flight, whose ends follow each other by one ratio in the time since a moment.
 

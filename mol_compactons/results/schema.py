@@ -60,6 +60,7 @@ LONG_NAMES = {
     "scatter": "largest distance of a position from the straight line of free flight",
     "flight_end": "last time of free flight after the first collision, or else of the first flight",
     "incoming_noise": "standard error of the line of free flight before the collision, at its moment",
+    "misfit": "mean residual of the fit of the exact wave while it is measured",
     "window_t": "middle of a window of free flight, since the collision or the start",
     "window_t_left": "middle of a window in which all waves are free, since the last of the first collisions",
     **{
@@ -77,6 +78,7 @@ LONG_NAMES = {
             ("window_", "", "in each window of free flight, "),
             ("", "_noise", "standard error in a window of the "),
             ("", "_settling", "how far from what it tends to may be the "),
+            ("", "_reading", "error of reading from the frames the "),
         )
     },
     "continuum": "the continuum at the sites of the chain",
@@ -91,6 +93,7 @@ LONG_NAMES = {
     "viscosity_error": "part of the error from the viscosity",
     "scheme_error": "distance of the independent schemes",
     "settling_error": "part of the error from what goes on changing after a collision",
+    "reading_error": "part of the error from how exactly it is read from the frames",
     "failed": "members of the family that did not run to their end",
     "members": "members of the family",
     "rate": "observed power of the grid spacing at which the error falls",

@@ -30,7 +30,7 @@ class Evidence:
     """What one scheme says about one quantity in one limit.
 
     Irregularities are differences that do not shrink, gaps what was not varied; `limits` are those for h -> 0 by viscosity,
-    `known` the members that have a value at the tightest tolerance.
+    `known` the members that have a value at the tightest tolerance, `runs` their fingerprints.
     """
 
     scheme: str
@@ -42,6 +42,7 @@ class Evidence:
     irregularities: tuple[str, ...]
     gaps: tuple[str, ...]
     known: frozenset[tuple[int, float]]
+    runs: frozenset[str]
 
     @property
     def error(self) -> float:
@@ -62,15 +63,19 @@ def gather(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     if not outcomes[0].member.simulation.scheme.refines:
         return _gather_in_time(quantity, outcomes)
     tightest = min(outcome.member.tolerance for outcome in outcomes)
-    precise = [outcome for outcome in outcomes if outcome.member.tolerance == tightest]
+    precise = _distinct([outcome for outcome in outcomes if outcome.member.tolerance == tightest])
     viscosities = sorted({outcome.member.viscosity for outcome in precise}, reverse=True)
     time_error, gaps = _error_of_time(quantity, outcomes, precise, viscosities[-1])
-    floor = 2 * time_error + 1e-12 * max(outcome.scales[quantity] for outcome in outcomes)
+    reading = _reading(quantity, _finest(precise))
+    noise = 2 * time_error + (reading if np.isfinite(reading) else 0.0)
+    floor = noise + 1e-12 * max(outcome.scales[quantity] for outcome in outcomes)
     limits = _limits(precise, lambda outcome: outcome.values[quantity], floor)
     if quantity in LARGEST_VALUES:
         limits = _not_extrapolated(quantity, precise, limits)
     irregularities, missing = _irregularities(limits[viscosities[-1]], precise)
-    value, viscous, irregular, also_missing = _without_viscosity(outcomes[0].member.limit, limits)
+    value, viscous, irregular, also_missing = _without_viscosity(
+        outcomes[0].member.limit, limits, smooth=quantity not in LARGEST_VALUES
+    )
     settling, unknown = _settling(quantity, outcomes[0].member.limit, precise, floor)
     space = limits[viscosities[-1]]
     return Evidence(
@@ -78,12 +83,33 @@ def gather(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
         outcomes[0].member,
         {viscosity: one.limit for viscosity, one in limits.items()},
         value,
-        {"space": space.error, "time": time_error, "viscosity": viscous, "settling": settling},
+        {"space": space.error, "time": time_error, "viscosity": viscous, "settling": settling, "reading": reading},
         space.rate,
         tuple(irregularities + irregular),
         tuple(gaps + missing + also_missing + unknown),
         frozenset((outcome.member.size, outcome.member.viscosity) for outcome in precise),
+        frozenset(outcome.fingerprint for outcome in outcomes),
     )
+
+
+def _distinct(outcomes: Sequence[Outcome]) -> list[Outcome]:
+    """The outcomes without those that are another with a smaller viscosity, bit for bit."""
+    found: list[Outcome] = []
+    for outcome in sorted(outcomes, key=lambda outcome: outcome.member.viscosity):
+        if not any(outcome.is_same_run_as(other) for other in found):
+            found.append(outcome)
+    return found
+
+
+def _finest(outcomes: Sequence[Outcome]) -> Outcome:
+    """The one with the most points and, of these, the smallest viscosity."""
+    return max(outcomes, key=lambda outcome: (outcome.member.size, -outcome.member.viscosity))
+
+
+def _reading(quantity: str, outcome: Outcome) -> float:
+    """How exactly a quantity is read from the frames."""
+    reading = outcome.readings.get(quantity, 0.0)
+    return np.inf if np.isnan(reading) else reading
 
 
 def _ladder(outcomes: Sequence[Outcome], viscosity: float) -> list[Outcome]:
@@ -105,16 +131,25 @@ def _limits(precise: Sequence[Outcome], values: Values, floor: float) -> dict[fl
 def _not_extrapolated(
     quantity: str, precise: Sequence[Outcome], limits: dict[float, Extrapolation]
 ) -> dict[float, Extrapolation]:
-    """The values on the finest grid; their error is no less than the range of those on the two finest."""
+    """The values on the finest grid, which is all that is known of the largest of many.
+
+    Their error is no less than three times the last change, half of the change before it, for two may agree by chance, and
+    the range of all on the two finest grids.
+    """
     finest = sorted({outcome.member.size for outcome in precise})[-2:]
     spread = float(np.ptp([outcome.values[quantity] for outcome in precise if outcome.member.size in finest]))
     bare = {}
     for viscosity, one in limits.items():
         values = [outcome.values[quantity] for outcome in _ladder(precise, viscosity)][-3:]
         changes = [distance(fine, coarse) for coarse, fine in pairwise(values)]
-        error = max(spread, WIDE_SAFETY * changes[-1]) if changes else np.inf
+        error = max(spread, WIDE_SAFETY * _last_change(changes)) if changes else np.inf
         bare[viscosity] = Extrapolation(values[-1], error, np.nan, one.shrinking)
     return bare
+
+
+def _last_change(changes: Sequence[float]) -> float:
+    """The last change or half of the one before it, if that is more: what need not shrink may agree by chance."""
+    return max([changes[-1], *(0.5 * change for change in changes[-2:-1])])
 
 
 def _irregularities(space: Extrapolation, precise: Sequence[Outcome]) -> tuple[list[str], list[str]]:
@@ -127,8 +162,13 @@ def _irregularities(space: Extrapolation, precise: Sequence[Outcome]) -> tuple[l
     return ([] if space.shrinking else ["the differences between the grids do not shrink"]), []
 
 
-def _without_viscosity(limit: str, limits: dict[float, Extrapolation]) -> tuple[Array, float, list[str], list[str]]:
-    """The value in a limit, the part of its error from the viscosity, what is irregular, and what is missing."""
+def _without_viscosity(
+    limit: str, limits: dict[float, Extrapolation], smooth: bool = True
+) -> tuple[Array, float, list[str], list[str]]:
+    """The value in a limit, the part of its error from the viscosity, what is irregular, and what is missing.
+
+    What is not smooth is not extrapolated.
+    """
     (*_, smallest), (*_, space) = limits, limits.values()
     if limit == INVISCID:
         return space.limit, 0.0, [], []
@@ -139,7 +179,10 @@ def _without_viscosity(limit: str, limits: dict[float, Extrapolation]) -> tuple[
         # Viscosities that are close to each other show only a part of what the smaller one does.
         part = max(1.0, smallest / (larger - smallest))
         return space.limit, part * distance(space.limit, limits[larger].limit), [], []
-    found = _extrapolate_viscosity(list(limits), [one.limit for one in limits.values()])
+    values = [one.limit for one in limits.values()]
+    if not smooth:
+        return values[-1], WIDE_SAFETY * _last_change([distance(a, b) for a, b in pairwise(values)]), [], []
+    found = _extrapolate_viscosity(list(limits), values)
     return found.limit, found.error, [] if found.shrinking else ["the differences between the viscosities do not shrink"], []
 
 
@@ -158,7 +201,7 @@ def _settling(quantity: str, limit: str, precise: Sequence[Outcome], floor: floa
 
     The windows are extrapolated like the quantity itself: what the grid or the viscosity goes on changing is not counted here.
     """
-    finest = max(precise, key=lambda outcome: (outcome.member.size, -outcome.member.viscosity))
+    finest = _finest(precise)
     if quantity not in finest.courses:
         return 0.0, []
     known = [outcome for outcome in precise if not np.isnan(outcome.courses[quantity].values).any()]
@@ -173,7 +216,7 @@ def _settling(quantity: str, limit: str, precise: Sequence[Outcome], floor: floa
 
     windows = np.array([limit_of(partial(_in_window, window=window)) for window in range(course.values.size)])
     least = abs(limit_of(attrgetter("least")))
-    return max(remaining(course.t, windows, course.noise), least) + course.common, []
+    return max(remaining(course.t, windows, course.noise), least), []
 
 
 def _in_window(course: Course, window: int) -> float:
@@ -186,7 +229,7 @@ def _error_of_time(
     """How far the next tolerance is from the tightest on the finest grid that has both, and what is missing."""
     for one in sorted(precise, key=lambda outcome: -outcome.member.size):
         same = [o for o in outcomes if (o.member.size, o.member.viscosity) == (one.member.size, viscosity)]
-        looser = [o for o in same if o.member.tolerance > one.member.tolerance and not o.is_same_run_as(one)]
+        looser = [o for o in same if o.member.tolerance > one.member.tolerance and not o.has_the_steps_of(one)]
         if looser and one.member.viscosity == viscosity:
             nearest = min(looser, key=lambda outcome: outcome.member.tolerance)
             return _part_of(nearest, one) * distance(nearest.values[quantity], one.values[quantity]), []
@@ -202,8 +245,9 @@ def _gather_in_time(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     """The same of a chain, which has no grid to refine: its ladder is that of the tolerances or steps."""
     ladder: list[Outcome] = []
     for outcome in sorted(outcomes, key=lambda outcome: -outcome.member.tolerance):
-        if not ladder or not ladder[-1].is_same_run_as(outcome):
-            ladder.append(outcome)
+        if ladder and ladder[-1].has_the_steps_of(outcome):
+            continue
+        ladder.append(outcome)
     steps = list(pairwise(ladder))
     changes = [_part_of(coarse, fine) * distance(fine.values[quantity], coarse.values[quantity]) for coarse, fine in steps]
     noise = 1e-12 * max(outcome.scales[quantity] for outcome in outcomes)
@@ -211,12 +255,12 @@ def _gather_in_time(quantity: str, outcomes: Sequence[Outcome]) -> Evidence:
     irregularities = ("the differences between the tolerances do not shrink",) if growing else ()
     gaps = [] if changes else ["only one tolerance ran to the end"]
     # An error need not follow the tolerance: half of the change before the last one counts as well.
-    error = WIDE_SAFETY * max([changes[-1], *(0.5 * change for change in changes[-2:-1])]) if changes else np.inf
+    error = WIDE_SAFETY * _last_change(changes) if changes else np.inf
     last = ladder[-1]
     settling, unknown = _settling(quantity, INVISCID, [last], noise)
-    budget = {"space": 0.0, "time": error, "viscosity": 0.0, "settling": settling}
+    budget = {"space": 0.0, "time": error, "viscosity": 0.0, "settling": settling, "reading": _reading(quantity, last)}
     value, known = last.values[quantity], frozenset([(last.member.size, last.member.viscosity)])
     return Evidence(
         *(last.member.scheme, last.member, {0.0: value}, value, budget, np.nan),
-        *(irregularities, tuple(gaps + unknown), known),
+        *(irregularities, tuple(gaps + unknown), known, frozenset(outcome.fingerprint for outcome in outcomes)),
     )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -63,9 +64,8 @@ class Member:
         return Cell(self.limit, self.scheme, self.size, self.viscosity, self.tolerance)
 
     def is_independent_of(self, other: Member) -> bool:
-        """Whether its scheme is of another kind, neither a special case of the other's nor the reverse."""
-        own, its = self.simulation.scheme, other.simulation.scheme
-        return not isinstance(own, type(its)) and not isinstance(its, type(own))
+        """Whether its scheme is of another kind than that of the other."""
+        return self.simulation.scheme.is_independent_of(other.simulation.scheme)
 
     @property
     def label(self) -> str:
@@ -92,8 +92,9 @@ class Family(Settings):
         Coefficients nu in grid units: the conservative limit. By default twice and once the viscosity of the simulation, in
         the units in which it has one.
     tolerances : tuple of float
-        Relative tolerances, with which an absolute one goes along, or steps of `Midpoint`; by default ten times and once
-        that of the simulation, for steps twice.
+        Relative tolerances, with which an absolute one goes along, or steps of `Midpoint` and its like; by default ten times
+        and once that of the simulation, for steps twice. A step is the one that is taken: a fixed one is cut to fit between
+        two frames.
     accuracy : float
         The relative error below which a quantity may be called converged.
 
@@ -130,7 +131,8 @@ class Family(Settings):
         Raises
         ------
         InputError
-            If a chain, which has no grid to refine, is asked for anything but tolerances.
+            If a chain, which has no grid to refine, is asked for anything but tolerances, or if two steps are one and the
+            same between the frames.
         """
         scheme, integrator, size = simulation.scheme, simulation.integrator, simulation.grid.size
         if not scheme.refines:
@@ -147,9 +149,8 @@ class Family(Settings):
                 one.suits(simulation.equation) > 0,
                 f"{type(one).__name__} does not suit {type(simulation.equation).__name__}; choose other schemes.",
             )
-        tolerance = integrator.own_tolerance
-        steps = 2 if scheme.refines else 3
-        tolerances = self.tolerances or tuple(tolerance * integrator.coarsening**step for step in range(steps))
+        interval = simulation.t_end / (simulation.frames - 1)
+        tolerances = _taken(self.tolerances, integrator, interval) or _ladder(integrator, interval, 2 if scheme.refines else 3)
         viscosities, grid_viscosities = self.viscosities, self.grid_viscosities
         if not viscosities and not grid_viscosities:
             viscosities, grid_viscosities = ((2 * amount, amount) if amount else () for amount in scheme.viscosities)
@@ -182,6 +183,33 @@ class Family(Settings):
         """The runs, coarse grids first; of a family that is complete."""
         for cell, scheme in self.cells():
             yield _member(simulation, cell, scheme)
+
+
+def _taken(tolerances: tuple[float, ...], integrator: Integrator, interval: float) -> tuple[float, ...]:
+    """The tolerances or steps that runs have which are asked for these."""
+    taken = tuple(integrator.with_tolerance(tolerance).taken(interval) for tolerance in tolerances)
+    for index, one in enumerate(taken):
+        require(
+            not _is_among(one, taken[:index]),
+            f"tolerances = {', '.join(f'{tolerance:g}' for tolerance in tolerances)} are not all different: fixed steps are "
+            f"cut to fit between frames that are {interval:g} apart, and two of these come to {one:g}; choose others.",
+        )
+    return taken
+
+
+def _ladder(integrator: Integrator, interval: float, count: int) -> tuple[float, ...]:
+    """The tolerance of an integrator and looser ones; where these come to the same steps, tighter ones."""
+    own, factor = integrator.taken(interval), integrator.coarsening
+    ladder: list[float] = []
+    for power in (*range(count), *range(-1, -count, -1)):
+        one = integrator.with_tolerance(own * factor**power).taken(interval)
+        if len(ladder) < count and not _is_among(one, ladder):
+            ladder.append(one)
+    return tuple(ladder)
+
+
+def _is_among(tolerance: float, others: Sequence[float]) -> bool:
+    return any(math.isclose(tolerance, other, rel_tol=1e-6) for other in others)
 
 
 def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:

@@ -2,9 +2,10 @@
 
 For each limit and each scheme the values on three grids or more give an observed rate and, by Richardson's extrapolation, a
 limit for h -> 0 with an uncertainty (Roache, Annu. Rev. Fluid Mech. 29 (1997) 123, doi:10.1146/annurev.fluid.29.1.123).
-Viscosities, tolerances and schemes give one more part of the budget each, and what goes on changing after a collision another.
-Nothing is called converged unless each that matters was varied, independent schemes agree whose members ran wherever those of
-the best did, and the whole budget is below the accuracy asked for.
+Viscosities, tolerances and schemes give one more part of the budget each, and so does what goes on changing after a collision
+and how exactly a quantity is read from the frames. Nothing is called converged unless each that matters was varied,
+independent schemes agree whose members ran wherever those of the best did, and the whole budget is below the accuracy asked
+for. Members that are one run, by the same steps or bit for bit, count once.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ Array = NDArray[np.float64]
 
 CONVERGED, CONVERGING, NOT_CONVERGED = "converged", "converging", "not converged"
 
-BUDGET = ("space", "time", "viscosity", "scheme", "settling")
+BUDGET = ("space", "time", "viscosity", "scheme", "settling", "reading")
 
 NOT_SETTLED = (
     "not settled: it may still change by {:.1e} of what it is measured against; choose a longer t_end or a longer box"
@@ -98,11 +99,10 @@ def _weigh(quantity: str, cells: Sequence[Cell], accuracy: float, known: Sequenc
     lacking = {one.scheme: any(cell.size == finest for cell in absent[one.scheme]) for one in evidence}
     best = min(evidence, key=lambda one: (len(one.gaps) + lacking[one.scheme], one.error, one.scheme))
     scale = max(outcome.scales[quantity] for outcome in known)
-    others = [one for one in evidence if one.member.is_independent_of(best.member)]
-    objections, distances = _disagreements(best, others, scale, accuracy)
+    objections, distances = _disagreements(best, _independent_of(best, evidence), scale, accuracy)
     gaps = list(best.gaps) + ([_words_of(best.scheme, cells, absent)] if lacking[best.scheme] else [])
     if best.member.simulation.scheme.refines:
-        gaps += _not_independent(best, others, cells, absent)
+        gaps += _not_independent(best, evidence, cells, absent)
     budget = {part: best.budget.get(part, max(distances, default=0.0)) for part in BUDGET}
     error = sum(budget.values())
     if error > accuracy * scale:
@@ -147,16 +147,22 @@ def _words_of(scheme: str, cells: Sequence[Cell], absent: dict[str, list[Cell]])
     return f"{len(absent[scheme])} of {total} members of {scheme} have no value (N = {sizes})"
 
 
+def _independent_of(best: Evidence, evidence: Sequence[Evidence]) -> list[Evidence]:
+    """That of schemes of another kind, whose runs are others too."""
+    return [one for one in evidence if one.member.is_independent_of(best.member) and not one.runs & best.runs]
+
+
 def _not_independent(
-    best: Evidence, others: Sequence[Evidence], cells: Sequence[Cell], absent: dict[str, list[Cell]]
+    best: Evidence, evidence: Sequence[Evidence], cells: Sequence[Cell], absent: dict[str, list[Cell]]
 ) -> list[str]:
     """Why no independent scheme bears the best one out, if so: it has to on every grid and with every viscosity of it."""
-    if any(one.known >= best.known for one in others):
+    if any(one.known >= best.known for one in _independent_of(best, evidence)):
         return []
+    twins = [one.scheme for one in evidence if one is not best and one.runs & best.runs]
     dead = [scheme for scheme in absent if absent[scheme] and scheme != best.scheme]
-    return [f"{_words_of(scheme, cells, absent)}, and so it is no independent evidence" for scheme in dead] or [
-        "no independent scheme has a value"
-    ]
+    reasons = [f"{scheme} gives the same numbers as {best.scheme}, bit for bit" for scheme in twins]
+    reasons += [_words_of(scheme, cells, absent) for scheme in dead]
+    return [f"{reason}, and so it is no independent evidence" for reason in reasons] or ["no independent scheme has a value"]
 
 
 def _unknown(reason: str) -> Assessment:

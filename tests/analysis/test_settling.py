@@ -13,6 +13,7 @@ from mol_compactons.analysis.settling import (
     WIDE_SAFETY,
     WINDOWS,
     line_through,
+    reading_noise,
     remaining,
     windows,
 )
@@ -41,6 +42,18 @@ def test_residuals_that_keep_their_sign_are_few() -> None:
     mixed = np.where(np.arange(40) % 2, 1.0, -1.0)
     swell = np.sign(np.sin(2 * np.pi * (times + 0.5) / 20))
     assert line_through(times, swell).value_noise > 2 * line_through(times, mixed).value_noise
+
+
+def test_the_noise_of_one_reading_is_told_from_a_smooth_course() -> None:
+    rng, times = np.random.default_rng(2), np.linspace(0, 10, 4001)
+    course = 3 + 2 * times - 0.1 * times**2 + np.sin(0.3 * times)
+    assert reading_noise(course) < 1e-9
+    assert reading_noise(course + rng.normal(0, 0.01, times.size)) == pytest.approx(0.01, rel=0.1)
+
+
+def test_three_readings_tell_no_noise() -> None:
+    assert np.isnan(reading_noise(np.array([1.0, 2.0, 4.0])))
+    assert np.isnan(reading_noise(np.array([1.0, 2.0, np.nan, 3.0, 4.0])))
 
 
 def test_windows_follow_each_other_by_one_ratio() -> None:

@@ -48,10 +48,12 @@ def study(
     fails: Callable[[Member], bool] = lambda member: False,
     tracks: Callable[[Member], xr.Dataset] | None = None,
     simulation: Simulation = SIMULATION,
+    whisper: float = 1e-9,
 ) -> xr.DataTree:
     """A study whose members end with the exact wave plus deviation(member) cos(2 pi x / L); `drift` is that of the mass.
 
-    Members that fail are left out, and the others have the tracks that are given.
+    Members that fail are left out, and the others have the tracks that are given. A whisper of the tolerance, another for
+    each, makes them different runs.
     """
     family = (family or Family()).completed(simulation)
     groups, failed = {}, []
@@ -61,7 +63,8 @@ def study(
             continue
         grid = member.simulation.grid
         wave = SIMULATION.initial[0].values(SIMULATION.equation, grid, 3.0)[0]
-        values = wave + deviation(member) * np.cos(2 * np.pi * grid.coordinates / LENGTH)
+        own_deviation = deviation(member) + whisper * (1 + index) * member.tolerance
+        values = wave + own_deviation * np.cos(2 * np.pi * grid.coordinates / LENGTH)
         own = xr.Dataset() if tracks is None else tracks(member)
         times = own["t"].values if tracks else np.array([0.0, 3.0])
         mass = np.linspace(1.0, 1.0 + drift, times.size)

@@ -200,6 +200,20 @@ def test_members_without_a_value_of_a_quantity_count_for_it_as_dead() -> None:
     assert int(summary.failed) == 0
 
 
+def test_two_schemes_with_the_same_numbers_are_one() -> None:
+    """Whatever they are called."""
+    family = Family(schemes=BOTH)
+    row = profile(study(lambda member: second_order(member) + member.tolerance, family, whisper=0.0))
+    assert row.verdict.item() == CONVERGING
+    assert "gives the same numbers as" in row.reason.item()
+    assert "bit for bit, and so it is no independent evidence" in row.reason.item()
+
+    def apart(member: Member) -> float:
+        return second_order(member) + member.tolerance * (1 + 1e-6 * member.scheme.startswith("Compact"))
+
+    assert profile(study(apart, family, whisper=0.0)).verdict.item() == CONVERGED
+
+
 def test_one_kind_of_scheme_is_not_independent_of_itself() -> None:
     family = Family(schemes=(ConservativeScheme(order=2), ConservativeScheme(order=4)))
     row = profile(study(second_order, family))

@@ -31,7 +31,7 @@ def test_a_table_for_each_limit_with_the_numbers_of_the_summary() -> None:
     row = tree["summary"].to_dataset().sel(limit="inviscid", quantity="profile")
     assert lines[0] == "inviscid limit: converged"
     assert " ".join(lines[1].split()) == (
-        "quantity value error = space + time + viscosity + scheme + settling rate error / scale, verdict"
+        "quantity value error = space + time + viscosity + scheme + settling + reading rate error / scale, verdict"
     )
     (line,) = [line for line in lines if line.startswith("  profile")]
     numbers = line.split()
@@ -58,10 +58,11 @@ def test_the_headline_says_how_many_members_failed() -> None:
 
 def test_a_study_stored_before_there_were_all_parts_is_read() -> None:
     tree = judge(study(lambda member: 0.0))
-    old = tree["summary"].to_dataset().drop_vars(["settling", "failed", "members"])
+    old = tree["summary"].to_dataset().drop_vars(["settling", "reading", "failed", "members"])
     lines = report(xr.DataTree.from_dict({"/": xr.Dataset(attrs=tree.attrs), "/summary": old}))
     assert lines[0] == "inviscid limit: converged"
     assert "settling" not in lines[1]
+    assert "reading" not in lines[1]
     assert len(lines) == len(report(tree))
 
 
