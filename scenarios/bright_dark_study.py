@@ -5,8 +5,8 @@ nu h^5 that vanishes with the grid Q is kept, the conservative continuation; wit
 eps -> 0, a good part of Q is lost, the viscous one. Both are computed by two independent schemes each, in the boxes and times
 of `collision_study`, which let the waves settle. Besides the conservative scheme only the Fourier scheme keeps Q; its Jacobian
 is dense, and so the grids of the conservative limit are coarser here. The paper's scheme with its viscosity of 1e-3 and its
-spacing of 1/20 stands beside them: it computes neither. Takes hours, nearly all for the Fourier scheme; docs/schemes.md has
-the numbers.
+spacing of 1/20 stands beside them: it computes neither. Nearly all of the time is that of the Fourier scheme;
+docs/schemes.md has the numbers.
 """
 
 import runpy

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.flights import Frames, Path, free_flights
-from mol_compactons.analysis.settling import WINDOWS, line_through, remaining, windows
+from mol_compactons.analysis.settling import WINDOWS, line_through, reading_noise, remaining, windows
 from mol_compactons.errors import require
 from mol_compactons.results.schema import describe
 from mol_compactons.simulation import Simulation
@@ -145,7 +145,7 @@ def _of_wave(path: Path | None, track: xr.Dataset, of_height: Array) -> dict[str
     if not parts:
         return values
     seen = _of_windows(path, parts, since, times, heights, of_height)
-    return values | seen | readings(seen, float(values["misfit"]), path.width)
+    return values | seen | readings(seen, heights[parts[-1]], float(values["misfit"]), path.width)
 
 
 def _misfit(track: xr.Dataset, frames: Frames) -> float:
@@ -187,18 +187,21 @@ def _of_windows(
     }
 
 
-def readings(seen: Mapping[str, float | Array], misfit: float, width: float) -> dict[str, float]:
+def readings(seen: Mapping[str, float | Array], heights: Array, misfit: float, width: float) -> dict[str, float]:
     """How exactly the phase shift, the speed and the height of a wave are read from the frames.
 
-    Twice the standard error of the lines through the readings, and what the misfit r leaves open: another reading, as that of
-    the top, differs from the fit by about r times the height, and by r / 4 times the support in its place, before the
-    collision and after it. A line through a flight that is curved has few independent residuals, and so a large error.
+    Twice the standard error of the lines through the readings, and of a height that of a single reading, whose error is
+    that of its place between the points: the mean of many has it too. And what the misfit r leaves open: another reading,
+    as that of the top, differs from the fit by about r times the height, and by r / 4 times the support in its place,
+    before the collision and after it. A line through a flight that is curved has few independent residuals, and so a
+    large error.
 
     Parameters
     ----------
     seen : mapping
-        ``phase_shift_noise``, ``speed_noise``, ``height_noise`` and ``incoming_noise``, the standard errors, and
-        ``window_height``.
+        ``phase_shift_noise``, ``speed_noise``, ``height_noise`` and ``incoming_noise``, the standard errors.
+    heights : array
+        The readings in the last window.
     misfit : float
         The relative L2 residual of the fit; NaN where none was made: the readings then are tops of quartics, whose errors
         are those of the grid.
@@ -212,11 +215,11 @@ def readings(seen: Mapping[str, float | Array], misfit: float, width: float) -> 
     """
     open_part = 0.0 if np.isnan(misfit) else misfit
     incoming = 0.0 if np.isnan(seen["incoming_noise"]).any() else float(seen["incoming_noise"])
-    height = abs(float(np.asarray(seen["window_height"])[-1]))
+    single = float(np.nan_to_num(reading_noise(heights)))
     return {
         "phase_shift_reading": 2 * (float(seen["phase_shift_noise"]) + incoming) + 0.5 * open_part * width,
         "speed_reading": 2 * float(seen["speed_noise"]),
-        "height_reading": 2 * float(seen["height_noise"]) + open_part * height,
+        "height_reading": 2 * max(float(seen["height_noise"]), single) + open_part * abs(float(heights.mean())),
     }
 
 
