@@ -192,8 +192,7 @@ def test_rarefaction_chain() -> None:
 def test_collision_study() -> None:
     """The conservative limit by two independent schemes on coarse grids, which agree within their error bars."""
     names = runpy.run_path(str(scenarios.folder() / "collision_study.py"))
-    family = replace(names["CONSERVATIVE"], sizes=(150, 300, 600))
-    summary = converge(names["collision"](3), family)["summary"].to_dataset().sel(limit="conservative")
+    summary = converge(names["collision"](3), names["conservative"](3))["summary"].to_dataset().sel(limit="conservative")
     for quantity, value in (("phase shift 0", 2.626), ("phase shift 1", -4.627), ("height 1 after", 0.697)):
         row = summary.sel(quantity=quantity)
         assert row["verdict"].item() == "converged"

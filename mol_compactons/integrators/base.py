@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +26,11 @@ Report = Callable[[float], None]
 
 def no_report(t: float) -> None:
     """A `Report` that says nothing."""
+
+
+def steps_between(start: float, end: float, step: float) -> int:
+    """Into how many equal steps, none longer than `step` but by round-off, the time between two frames is cut."""
+    return max(1, math.ceil((end - start) / step * (1 - 1e-9))) if end > start else 0
 
 
 @dataclass
@@ -69,6 +75,9 @@ class Integrator(Settings):
     coarsening: ClassVar[float] = 10.0
     """By what factor a study loosens the tolerance to see what it does."""
 
+    fixed_step: ClassVar[bool] = False
+    """Whether `own_tolerance` is a step, and the time between two frames is cut into equal ones as `steps_between` says."""
+
     @abstractmethod
     def start(self, system: SemiDiscretization, state: NDArray[np.float64], t_end: float) -> Integration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
@@ -84,6 +93,10 @@ class Integrator(Settings):
     def with_tolerance(self: Own, tolerance: float) -> Own:
         """The same method with another tolerance or step."""
         return cast(Own, replace(cast(Any, self), rtol=tolerance))
+
+    def taken(self, interval: float) -> float:
+        """The tolerance or step that a run has whose frames are an interval apart: a fixed step is cut to fit into it."""
+        return interval / steps_between(0.0, interval, self.own_tolerance) if self.fixed_step else self.own_tolerance
 
     def alternatives(self) -> Sequence[Integrator]:
         """What takes its place, with the same tolerance, where it cannot take a system; the first that can is used."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import Counters, Integrator, Report, no_report
+from mol_compactons.integrators.base import Counters, Integrator, Report, no_report, steps_between
 from mol_compactons.integrators.linear.newton import NewtonMatrix, newton_matrix
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -93,6 +92,7 @@ class Midpoint(Integrator):
         )
 
     coarsening = 2.0
+    fixed_step = True
 
     @property
     def own_tolerance(self) -> float:
@@ -132,7 +132,7 @@ class MidpointIntegration:
             If Newton's method does not converge.
         """
         start = self._t
-        steps = max(1, math.ceil((t - start) / self._settings.step * (1 - 1e-9))) if t > start else 0
+        steps = steps_between(start, t, self._settings.step)
         for index in range(steps):
             for part in COMPOSITIONS[self._settings.order]:
                 self._part(part * (t - start) / steps)

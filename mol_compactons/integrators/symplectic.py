@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import Counters, Integrator, Report, no_report
+from mol_compactons.integrators.base import Counters, Integrator, Report, no_report, steps_between
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -71,6 +70,7 @@ class Symplectic(Integrator):
         require(self.step > 0, f"integrator.step = {self.step:g} must be positive; 0.05 is usual.")
 
     coarsening = 2.0
+    fixed_step = True
 
     @property
     def own_tolerance(self) -> float:
@@ -113,7 +113,7 @@ class SymplecticIntegration:
             If the state is no longer finite.
         """
         start = self._t
-        steps = max(1, math.ceil((t - start) / self._settings.step * (1 - 1e-9))) if t > start else 0
+        steps = steps_between(start, t, self._settings.step)
         kicks, drifts = METHODS[self._settings.order]
         chunk = max(1, WORK_BETWEEN_REPORTS // (self._system.size * drifts.size))
         done = 0

@@ -58,6 +58,29 @@ LONG_NAMES = {
     "height_before": "height before the first collision",
     "height_after": "height after the first collision",
     "scatter": "largest distance of a position from the straight line of free flight",
+    "flight_end": "last time of free flight after the first collision, or else of the first flight",
+    "incoming_noise": "standard error of the line of free flight before the collision, at its moment",
+    "misfit": "mean residual of the fit of the exact wave while it is measured",
+    "window_t": "middle of a window of free flight, since the collision or the start",
+    "window_t_left": "middle of a window in which all waves are free, since the last of the first collisions",
+    **{
+        f"{prefix}{name}{suffix}": f"{words}{what}"
+        for name, what in {
+            "phase_shift": "phase shift",
+            "speed": "speed",
+            "height": "height",
+            "mismatch": "speed less that of a compacton as high",
+            "mass_left": "integral of the field outside the waves",
+            "momentum_left": "half the integral of the squared field outside the waves",
+            "height_left": "largest size of the field outside the waves",
+        }.items()
+        for prefix, suffix, words in (
+            ("window_", "", "in each window of free flight, "),
+            ("", "_noise", "standard error in a window of the "),
+            ("", "_settling", "how far from what it tends to may be the "),
+            ("", "_reading", "error of reading from the frames the "),
+        )
+    },
     "continuum": "the continuum at the sites of the chain",
     "distance": "L2 distance of chain and continuum, relative to the norm of the chain",
     "continuum_position": "position of the crest in the continuum, in sites, not wrapped",
@@ -69,6 +92,10 @@ LONG_NAMES = {
     "time_error": "part of the error from the tolerance of the integrator",
     "viscosity_error": "part of the error from the viscosity",
     "scheme_error": "distance of the independent schemes",
+    "settling_error": "part of the error from what goes on changing after a collision",
+    "reading_error": "part of the error from how exactly it is read from the frames",
+    "failed": "members of the family that did not run to their end",
+    "members": "members of the family",
     "rate": "observed power of the grid spacing at which the error falls",
     "scale": "what errors are relative to",
     "spacing": "distance between neighbouring grid points",

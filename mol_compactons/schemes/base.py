@@ -72,6 +72,13 @@ class Scheme(Settings):
         known = [offer for offer in offers if offer is not None and offer[0] > 0]
         return max(known, key=lambda offer: offer[0])[1] if known else None
 
+    def is_independent_of(self, other: Scheme) -> bool:
+        """Whether agreement with the other is evidence: it is of another kind, neither a special case of it nor the reverse.
+
+        A scheme that is another's in disguise overrides this.
+        """
+        return not isinstance(self, type(other)) and not isinstance(other, type(self))
+
     def with_viscosity(self: Own, viscosity: float, grid_viscosity: float) -> Own:
         """The same scheme with other coefficients of artificial viscosity, absolute and in grid units.
 

@@ -37,8 +37,9 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
     Returns
     -------
     xarray.DataTree
-        ``summary``: along limit and quantity the ``value``, its ``error``, the budget ``space``, ``time``, ``viscosity`` and
-        ``scheme``, the observed ``rate``, the ``scale`` that errors are relative to, ``verdict`` and ``reason``;
+        ``summary``: along limit and quantity the ``value``, its ``error``, the budget ``space``, ``time``, ``viscosity``,
+        ``scheme``, ``settling`` and ``reading``, the observed ``rate``, the ``scale`` that errors are relative to, ``verdict``
+        and ``reason``, and along limit how many of its ``members`` ``failed``;
         ``ladder``: the distance of each member from what its scheme and viscosity tend to for h -> 0, along limit, scheme,
         viscosity, size and quantity; ``members``: a group for each member that ran to its end, with its last frame, tracks
         and conserved quantities. The attribute ``failed`` names those that did not; they are counted nowhere.

@@ -67,7 +67,8 @@ def extrapolate(
     Returns
     -------
     Extrapolation
-        With a single value the error is infinite, with two it is `WIDE_SAFETY` times their distance.
+        With a single value the error is infinite, with two it is `WIDE_SAFETY` times their distance, or more if their
+        parameters are close to each other.
 
     Examples
     --------
@@ -80,8 +81,10 @@ def extrapolate(
     if len(values) < 2:
         return Extrapolation(last, np.inf, np.nan, shrinking=False)
     fine = distance(values[-1], values[-2])
+    # Parameters that are close to each other show only a small part of the error.
+    wide = max(WIDE_SAFETY, SAFETY / ((parameters[-2] / parameters[-1]) ** cautious_order - 1))
     if len(values) < 3:
-        return Extrapolation(last, WIDE_SAFETY * fine, np.nan, shrinking=False)
+        return Extrapolation(last, wide * fine, np.nan, shrinking=False)
     coarse = distance(values[-2], values[-3])
     if max(coarse, fine) <= floor:
         return Extrapolation(last, SAFETY * max(coarse, fine), np.nan, shrinking=True)
@@ -92,7 +95,7 @@ def extrapolate(
         limit = last + (values[-1] - values[-2]) / (ratio**rate - 1)
         return Extrapolation(limit, SAFETY * fine / (ratio ** min(rate, cautious_order) - 1), rate, shrinking=True)
     shrinking = fine < 0.8 * coarse
-    return Extrapolation(last, WIDE_SAFETY * max(coarse, fine), rate if shrinking else np.nan, shrinking)
+    return Extrapolation(last, wide * max(coarse, fine), rate if shrinking else np.nan, shrinking)
 
 
 def distance(a: Array, b: Array) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from mol_compactons.configuration import Settings
 from mol_compactons.errors import InputError, IntegrationError, require
@@ -17,6 +19,16 @@ CONSERVATIVE, VISCOUS, INVISCID = "conservative", "viscous", "inviscid"
 
 Notice = Callable[[str], None]
 """Called with one line about each member that has run."""
+
+
+class Cell(NamedTuple):
+    """The place of a member in its family: limit, scheme without its viscosity, number of points, viscosity, tolerance."""
+
+    limit: str
+    scheme: str
+    size: int
+    viscosity: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
@@ -47,6 +59,15 @@ class Member:
         return self.simulation.grid.size
 
     @property
+    def cell(self) -> Cell:
+        """Its place in the family."""
+        return Cell(self.limit, self.scheme, self.size, self.viscosity, self.tolerance)
+
+    def is_independent_of(self, other: Member) -> bool:
+        """Whether its scheme is of another kind than that of the other."""
+        return self.simulation.scheme.is_independent_of(other.simulation.scheme)
+
+    @property
     def label(self) -> str:
         """One line that tells it from the others."""
         return f"{self.limit} {self.scheme} N={self.size} viscosity={self.viscosity:g} tolerance={self.tolerance:g}"
@@ -71,8 +92,9 @@ class Family(Settings):
         Coefficients nu in grid units: the conservative limit. By default twice and once the viscosity of the simulation, in
         the units in which it has one.
     tolerances : tuple of float
-        Relative tolerances, with which an absolute one goes along, or steps of `Midpoint`; by default ten times and once
-        that of the simulation, for steps twice.
+        Relative tolerances, with which an absolute one goes along, or steps of `Midpoint` and its like; by default ten times
+        and once that of the simulation, for steps twice. A step is the one that is taken: a fixed one is cut to fit between
+        two frames.
     accuracy : float
         The relative error below which a quantity may be called converged.
 
@@ -109,7 +131,8 @@ class Family(Settings):
         Raises
         ------
         InputError
-            If a chain, which has no grid to refine, is asked for anything but tolerances.
+            If a chain, which has no grid to refine, is asked for anything but tolerances, or if two steps are one and the
+            same between the frames.
         """
         scheme, integrator, size = simulation.scheme, simulation.integrator, simulation.grid.size
         if not scheme.refines:
@@ -126,9 +149,8 @@ class Family(Settings):
                 one.suits(simulation.equation) > 0,
                 f"{type(one).__name__} does not suit {type(simulation.equation).__name__}; choose other schemes.",
             )
-        tolerance = integrator.own_tolerance
-        steps = 2 if scheme.refines else 3
-        tolerances = self.tolerances or tuple(tolerance * integrator.coarsening**step for step in range(steps))
+        interval = simulation.t_end / (simulation.frames - 1)
+        tolerances = _taken(self.tolerances, integrator, interval) or _ladder(integrator, interval, 2 if scheme.refines else 3)
         viscosities, grid_viscosities = self.viscosities, self.grid_viscosities
         if not viscosities and not grid_viscosities:
             viscosities, grid_viscosities = ((2 * amount, amount) if amount else () for amount in scheme.viscosities)
@@ -147,15 +169,47 @@ class Family(Settings):
         limits = {CONSERVATIVE: self.grid_viscosities, VISCOUS: self.viscosities}
         return {limit: values for limit, values in limits.items() if values} or {INVISCID: (0.0,)}
 
-    def members(self, simulation: Simulation) -> Iterator[Member]:
-        """The runs, coarse grids first; of a family that is complete."""
+    def cells(self) -> Iterator[tuple[Cell, Scheme]]:
+        """The places of its members, coarse grids first, each with its scheme; of a family that is complete."""
         for limit, viscosities in self.limits.items():
             for scheme in self.schemes:
                 for size in self.sizes:
                     for viscosity in viscosities:
                         every = size == self.sizes[-1] and viscosity == viscosities[-1]
                         for tolerance in self.tolerances if every else self.tolerances[-1:]:
-                            yield _member(simulation, limit, scheme, size, viscosity, tolerance)
+                            yield Cell(limit, scheme.label, size, viscosity, tolerance), scheme
+
+    def members(self, simulation: Simulation) -> Iterator[Member]:
+        """The runs, coarse grids first; of a family that is complete."""
+        for cell, scheme in self.cells():
+            yield _member(simulation, cell, scheme)
+
+
+def _taken(tolerances: tuple[float, ...], integrator: Integrator, interval: float) -> tuple[float, ...]:
+    """The tolerances or steps that runs have which are asked for these."""
+    taken = tuple(integrator.with_tolerance(tolerance).taken(interval) for tolerance in tolerances)
+    for index, one in enumerate(taken):
+        require(
+            not _is_among(one, taken[:index]),
+            f"tolerances = {', '.join(f'{tolerance:g}' for tolerance in tolerances)} are not all different: fixed steps are "
+            f"cut to fit between frames that are {interval:g} apart, and two of these come to {one:g}; choose others.",
+        )
+    return taken
+
+
+def _ladder(integrator: Integrator, interval: float, count: int) -> tuple[float, ...]:
+    """The tolerance of an integrator and looser ones; where these come to the same steps, tighter ones."""
+    own, factor = integrator.taken(interval), integrator.coarsening
+    ladder: list[float] = []
+    for power in (*range(count), *range(-1, -count, -1)):
+        one = integrator.with_tolerance(own * factor**power).taken(interval)
+        if len(ladder) < count and not _is_among(one, ladder):
+            ladder.append(one)
+    return tuple(ladder)
+
+
+def _is_among(tolerance: float, others: Sequence[float]) -> bool:
+    return any(math.isclose(tolerance, other, rel_tol=1e-6) for other in others)
 
 
 def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
@@ -169,13 +223,13 @@ def _with_another_kind(simulation: Simulation) -> tuple[Scheme, ...]:
     return (simulation.scheme,) if other is None else (simulation.scheme, other)
 
 
-def _member(simulation: Simulation, limit: str, scheme: Scheme, size: int, viscosity: float, tolerance: float) -> Member:
-    amounts = (0.0, viscosity) if limit == CONSERVATIVE else (viscosity, 0.0)
+def _member(simulation: Simulation, cell: Cell, scheme: Scheme) -> Member:
+    amounts = (0.0, cell.viscosity) if cell.limit == CONSERVATIVE else (cell.viscosity, 0.0)
     scheme = scheme.with_viscosity(*amounts)
-    grid = replace(simulation.grid, size=size)
-    integrator = _integrator(simulation.integrator, scheme.discretize(simulation.equation, grid), tolerance, scheme)
+    grid = replace(simulation.grid, size=cell.size)
+    integrator = _integrator(simulation.integrator, scheme.discretize(simulation.equation, grid), cell.tolerance, scheme)
     member = replace(simulation, scheme=scheme, grid=grid, integrator=integrator)
-    return Member(limit, scheme.label, viscosity, tolerance, member)
+    return Member(cell.limit, scheme.label, cell.viscosity, cell.tolerance, member)
 
 
 def _integrator(integrator: Integrator, system: SemiDiscretization, tolerance: float, scheme: Scheme) -> Integrator:

@@ -14,14 +14,16 @@ def report(tree: xr.DataTree) -> list[str]:
     """What a study says, a line each: a table for each limit, where the limits differ, and the members that failed."""
     summary = tree["summary"].to_dataset()
     lines = []
-    titles = " + ".join(f"{part:>9}" for part in BUDGET)
+    # A study stored before the budget had a part does not know it.
+    known = [part for part in BUDGET if part in summary]
+    titles = " + ".join(f"{part:>9}" for part in known)
     for limit in summary["limit"].values:
         table = summary.sel(limit=limit)
-        lines.append(f"{limit} limit: {verdict(summary, str(limit))}")
+        lines.append(headline(summary, str(limit)))
         lines.append(f"  {'quantity':18} {'value':>12} {'error':>9} = {titles}   rate  error / scale, verdict")
         for name in table["quantity"].values:
             row = table.sel(quantity=name)
-            parts = " + ".join(f"{float(row[part]):9.1e}" for part in BUDGET)
+            parts = " + ".join(f"{float(row[part]):9.1e}" for part in known)
             lines.append(
                 f"  {name:18} {float(row['value']):12.6g} {float(row['error']):9.1e} = {parts} {float(row['rate']):6.2f}  "
                 f"{float(row['error'] / row['scale']):.1e} {row['verdict'].item()}: {row['reason'].item()}"
@@ -29,6 +31,13 @@ def report(tree: xr.DataTree) -> list[str]:
     lines += differences_of_limits(summary)
     failed = str(tree.attrs["failed"])
     return lines + [f"failed and not counted: {line}" for line in failed.splitlines()]
+
+
+def headline(summary: xr.Dataset, limit: str) -> str:
+    """The worst verdict on any quantity in a limit, and how many members failed."""
+    failed = int(summary["failed"].sel(limit=limit)) if "failed" in summary else 0
+    members = f"; {failed} of {int(summary['members'].sel(limit=limit))} members failed" if failed else ""
+    return f"{limit} limit: {verdict(summary, limit)}{members}"
 
 
 def verdict(summary: xr.Dataset, limit: str) -> str:

@@ -6,8 +6,26 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mol_compactons import CVODE, Compacton, ConservativeScheme, GranularCompacton, Grid, InputError, Simulation, run
-from mol_compactons.analysis.collisions import FEWEST_FRAMES, SHORTEST_FLIGHT, first_collision
+from mol_compactons import (
+    CVODE,
+    Compacton,
+    ConservativeScheme,
+    GranularChain,
+    GranularCompacton,
+    Grid,
+    InputError,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
+from mol_compactons.analysis.collisions import family_speeds, first_collision, readings
+from mol_compactons.analysis.fitting import fitted
+from mol_compactons.analysis.flights import SHORTEST_FLIGHT
+from mol_compactons.analysis.settling import FEWEST_FRAMES
 from mol_compactons.analysis.tracking import track
 from tests.analysis.painted import painted
 
@@ -72,6 +90,7 @@ def by_hand(positions: np.ndarray, isolated: np.ndarray, period: float = 100.0) 
         {
             "position": (("t", "wave"), positions, {"period": period}),
             "height": (("t", "wave"), heights),
+            "width": (("t", "wave"), np.ones((frames, waves))),
             "isolated": (("t", "wave"), isolated),
             **dict.fromkeys(("mass_left", "momentum_left", "height_left"), ("t", left)),
         },
@@ -160,3 +179,60 @@ def test_a_wave_that_meets_nobody_has_no_values_after() -> None:
 def test_what_is_no_track() -> None:
     with pytest.raises(InputError, match=r"There are no tracks; give what track\(\) returned"):
         first_collision(painted(3, [(Compacton(1, 8), 0, 0)], t_end=1))
+
+
+@pytest.mark.parametrize("n", [3 / 2, 2, 3])
+def test_the_error_of_reading_holds_the_truth(n: float) -> None:
+    """Exact waves on a coarse grid, read by tops or by fits; it says nothing of what is read to round-off."""
+    flights = [(Compacton(1, 8), 24, 2.5), (Compacton(0.25, 26, -1), 24, -1.25)]
+    result = painted(n, flights, grid=Grid(length=120, size=240), t_end=80)
+    heights = [wave.sign * GranularCompacton(n).compacton(wave.speed).amplitude for wave, _, _ in flights]
+    tops = track(result)
+    for tracks in (tops, fitted(result, tops)):
+        collision = first_collision(tracks)
+        for name, truth in {"phase_shift": [2.5, -1.25], "speed_after": [1, 0.25], "height_after": heights}.items():
+            bar = collision[f"{name.removesuffix('_after')}_reading"].values
+            assert (np.abs(collision[name].values - truth) <= bar + 1e-12).all()
+            assert (bar < 1e-3).all()
+
+
+def test_a_misfit_is_an_error_of_reading() -> None:
+    """Of the height as much of it; of the shift a quarter of the support for each of the two places."""
+    noises = dict.fromkeys(("phase_shift_noise", "speed_noise", "height_noise", "incoming_noise"), 0.0)
+    heights = np.full(9, -2.0)
+    exact, off = readings(noises, heights, np.nan, 10.0), readings(noises, heights, 0.01, 10.0)
+    assert set(exact.values()) == {0.0}
+    assert off == pytest.approx({"phase_shift_reading": 0.05, "speed_reading": 0.0, "height_reading": 0.02})
+    noisy = readings(noises | {"phase_shift_noise": 1.0, "speed_noise": 2.0, "incoming_noise": 3.0}, heights, 0.0, 10.0)
+    assert noisy == {"phase_shift_reading": 8.0, "speed_reading": 4.0, "height_reading": 0.0}
+    assert readings(noises | {"incoming_noise": np.nan}, heights, 0.0, 10.0) == exact
+
+
+def test_the_misfit_is_that_of_the_settled_time() -> None:
+    tracks = two_lines((0.0, 0.0))
+    assert np.isnan(first_collision(tracks).misfit).all()
+    residual = np.where(tracks.t.values > 32, 0.01, 0.5)[:, None] * [1.0, 2.0]
+    residual[35, 0] = np.nan
+    tracks["residual"] = (("t", "wave"), residual)
+    assert first_collision(tracks).misfit.values == pytest.approx([0.01, 0.02])
+
+
+def test_the_speed_of_a_height_is_that_of_the_wave() -> None:
+    """Bright and dark compactons; of a chain only where its waves are fitted, for tops are too low."""
+    compactons = track(painted(3, [(Compacton(1, 8), 0, 0), (Compacton(0.25, 30, -1), 0, 0)], t_end=2))
+    assert family_speeds(compactons) == pytest.approx(np.array([[1, 0.25]] * 161), rel=1e-3)
+    compactons["height"][3, 1] = np.nan
+    assert np.isnan(family_speeds(compactons)).sum() == 1
+    chain = Simulation(
+        equation=GranularChain(PowerContact(n=3 / 2)),
+        grid=Lattice(60),
+        scheme=NearestNeighbours(),
+        initial=[SolitaryWave(speed=1.2, center=20)],
+        t_end=4,
+        frames=9,
+        integrator=Symplectic(step=0.05),
+    )
+    result = run(chain)
+    assert family_speeds(fitted(result, track(result))) == pytest.approx(np.full((9, 1), 1.2), rel=1e-6)
+    tops = track(result).drop_vars(["residual", "family_speed"], errors="ignore")
+    assert np.isnan(family_speeds(tops)).all()

@@ -21,7 +21,7 @@ from mol_compactons.integrators import (
     Rosenbrock,
     Symplectic,
 )
-from mol_compactons.integrators.base import no_report
+from mol_compactons.integrators.base import no_report, steps_between
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array
 
@@ -51,6 +51,26 @@ def test_what_takes_its_place_has_its_tolerance(integrator: Integrator) -> None:
     alternatives = integrator.alternatives()
     assert {other.own_tolerance for other in alternatives} == {1e-3}
     assert {type(other) for other in alternatives} == {CVODE, IDA}
+
+
+@pytest.mark.parametrize("cls", [GaussLegendre, Midpoint, Symplectic])
+@given(interval=st.floats(1e-3, 1e3), parts=st.floats(0.01, 1000))
+def test_a_fixed_step_is_cut_to_fit_between_frames(cls: type[Integrator], interval: float, parts: float) -> None:
+    """The step that is taken is no longer than the one asked for, divides the interval, and is taken as it is."""
+    taken = cls().with_tolerance(interval / parts).taken(interval)
+    assert taken <= max(interval / parts, interval / 1000) * (1 + 1e-8)
+    count = interval / taken
+    assert count == pytest.approx(round(count), abs=1e-6)
+    assert round(count) - 1 < parts * (1 + 1e-8)
+    assert cls().with_tolerance(taken).taken(interval) == taken
+
+
+def test_a_tolerance_is_taken_as_it_is() -> None:
+    assert [cls().with_tolerance(1e-4).taken(0.3) for cls in (CVODE, IDA, Rosenbrock)] == [1e-4] * 3
+
+
+def test_no_time_needs_no_step_and_round_off_no_more() -> None:
+    assert [steps_between(1.0, end, 0.1) for end in (1.0, 1.05, 1.1, 1.1 + 1e-12, 1.2, 2.0)] == [0, 1, 1, 1, 2, 10]
 
 
 @dataclass(frozen=True)

@@ -190,6 +190,7 @@ class RungeKutta4(Integrator):
 
     step: float = 0.01
     coarsening = 2.0
+    fixed_step = True
 
     def __post_init__(self) -> None:
         super().__post_init__()

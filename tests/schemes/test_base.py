@@ -90,6 +90,16 @@ def test_a_study_checks_with_a_scheme_of_another_class(scheme: Scheme) -> None:
     assert other.suits(GranularCompacton(2)) > 0
 
 
+class Refined(CompactScheme):
+    """A scheme that is another's with something added."""
+
+
+def test_settings_and_descendants_are_no_other_kind() -> None:
+    schemes = (ConservativeScheme(order=2), ConservativeScheme(order=4), CompactScheme(), Refined())
+    independent = [[one.is_independent_of(other) for other in schemes] for one in schemes]
+    assert independent == [[False, False, True, True]] * 2 + [[True, True, False, False]] * 2
+
+
 def test_where_there_is_no_other_scheme_there_is_no_check() -> None:
     assert NearestNeighbours().independent_alternative(CHAIN, RING) is None
 

@@ -6,11 +6,14 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mol_compactons import CompactScheme, ConservativeScheme, Family, judge
+from mol_compactons import CompactScheme, ConservativeScheme, Family, FourierScheme, judge
 from mol_compactons.studies.extrapolation import SAFETY, WIDE_SAFETY
 from mol_compactons.studies.family import Member
-from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED, _on_grid
-from tests.studies.by_hand import LENGTH, UNIT, exact, spacing, study
+from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED
+from tests.analysis.relaxing import Relaxing
+from tests.studies.by_hand import COLLISION, LENGTH, UNIT, exact, spacing, study
+
+BOTH = (ConservativeScheme(), CompactScheme())
 
 QUARTER, HALF, WHOLE = (LENGTH / size for size in (60, 120, 240))
 
@@ -134,9 +137,84 @@ def test_the_ladder_is_the_distance_of_each_grid_from_its_limit() -> None:
     assert distances.values == pytest.approx(expected, rel=1e-3)
 
 
-def test_a_profile_on_a_coarser_grid() -> None:
-    """Every other point where the points coincide, a periodic spline where not."""
-    fine = np.cos(2 * np.pi * np.arange(120) / 120)
-    assert np.array_equal(_on_grid(fine, 60), fine[::2])
-    coarse = np.cos(2 * np.pi * np.arange(50) / 50)
-    assert _on_grid(fine, 50) == pytest.approx(coarse, abs=1e-6)
+DEAD = "members of CompactScheme(second_difference=wide) have no value (N = 240), and so it is no independent evidence"
+
+
+def dead(member: Member) -> bool:
+    """All members of the compact scheme on the finest grid."""
+    return member.scheme.startswith("Compact") and member.size == 240
+
+
+def test_a_scheme_that_died_on_the_finest_grid_is_no_independent_evidence() -> None:
+    tree = judge(study(second_order, Family(schemes=BOTH), fails=dead))
+    summary = tree["summary"].to_dataset().sel(limit="inviscid")
+    assert (summary.verdict != CONVERGED).all()
+    assert summary.reason.sel(quantity="profile").item() == f"2 of 4 {DEAD}"
+    assert (int(summary.failed), int(summary.members)) == (2, 8)
+    alive = judge(study(second_order, Family(schemes=BOTH)))["summary"].to_dataset().sel(limit="inviscid")
+    assert (int(alive.failed), alive.verdict.sel(quantity="profile").item()) == (0, CONVERGED)
+
+
+def test_a_scheme_that_died_with_the_smallest_viscosity_is_none_either() -> None:
+    family = Family(schemes=BOTH, grid_viscosities=(0.2, 0.1))
+    tree = study(second_order, family, fails=lambda member: member.scheme.startswith("Compact") and member.viscosity == 0.1)
+    row = profile(tree, "conservative")
+    assert row.verdict.item() == CONVERGING
+    assert "4 of 7 members of CompactScheme(second_difference=wide) have no value (N = 60, 120, 240)" in row.reason.item()
+
+
+def test_a_scheme_that_died_with_everything_is_named() -> None:
+    row = profile(study(second_order, Family(schemes=BOTH), fails=lambda member: member.scheme.startswith("Compact")))
+    assert row.verdict.item() == CONVERGING
+    assert "4 of 4 members of CompactScheme" in row.reason.item()
+
+
+def test_what_the_best_scheme_lacks_on_the_finest_grid_is_named() -> None:
+    family = Family(schemes=BOTH, sizes=(60, 90, 120, 240))
+    row = profile(study(second_order, family, fails=lambda member: member.size == 240))
+    assert row.verdict.item() != CONVERGED
+    assert "have no value (N = 240)" in row.reason.item()
+
+
+def test_another_scheme_that_ran_to_the_end_bears_witness_and_the_dead_one_is_named() -> None:
+    family = Family(schemes=(*BOTH, FourierScheme()))
+    row = profile(study(second_order, family, fails=dead))
+    assert row.verdict.item() == CONVERGED
+    assert "2 of 4 members of CompactScheme(second_difference=wide) have no value" in row.reason.item()
+
+
+def test_members_without_a_value_of_a_quantity_count_for_it_as_dead() -> None:
+    """A wave that was lost has no position, though the member ran to its end."""
+
+    def tracks(member: Member) -> xr.Dataset:
+        one = Relaxing(t_end=60).tracks(member.simulation.to_json())
+        if member.scheme.startswith("Compact") and member.size == 400:
+            one["position"][-1, 1] = np.nan
+        return one
+
+    tree = judge(study(lambda member: 0.0, Family(schemes=BOTH), tracks=tracks, simulation=COLLISION))
+    summary = tree["summary"].to_dataset().sel(limit="inviscid")
+    assert summary.verdict.sel(quantity="position 0").item() == CONVERGED
+    assert summary.verdict.sel(quantity="position 1").item() != CONVERGED
+    assert "2 of 4 members" in summary.reason.sel(quantity="position 1").item()
+    assert int(summary.failed) == 0
+
+
+def test_two_schemes_with_the_same_numbers_are_one() -> None:
+    """Whatever they are called."""
+    family = Family(schemes=BOTH)
+    row = profile(study(lambda member: second_order(member) + member.tolerance, family, whisper=0.0))
+    assert row.verdict.item() == CONVERGING
+    assert "gives the same numbers as" in row.reason.item()
+    assert "bit for bit, and so it is no independent evidence" in row.reason.item()
+
+    def apart(member: Member) -> float:
+        return second_order(member) + member.tolerance * (1 + 1e-6 * member.scheme.startswith("Compact"))
+
+    assert profile(study(apart, family, whisper=0.0)).verdict.item() == CONVERGED
+
+
+def test_one_kind_of_scheme_is_not_independent_of_itself() -> None:
+    family = Family(schemes=(ConservativeScheme(order=2), ConservativeScheme(order=4)))
+    row = profile(study(second_order, family))
+    assert (row.verdict.item(), row.reason.item()) == (CONVERGING, "no independent scheme has a value")

@@ -31,7 +31,7 @@ def test_a_table_for_each_limit_with_the_numbers_of_the_summary() -> None:
     row = tree["summary"].to_dataset().sel(limit="inviscid", quantity="profile")
     assert lines[0] == "inviscid limit: converged"
     assert " ".join(lines[1].split()) == (
-        "quantity value error = space + time + viscosity + scheme rate error / scale, verdict"
+        "quantity value error = space + time + viscosity + scheme + settling + reading rate error / scale, verdict"
     )
     (line,) = [line for line in lines if line.startswith("  profile")]
     numbers = line.split()
@@ -46,6 +46,24 @@ def test_what_failed_is_named_at_the_end() -> None:
     tree = judge(study(lambda member: 0.0))
     tree.attrs["failed"] = "one: gave up\nother: gave up too"
     assert report(tree)[-2:] == ["failed and not counted: one: gave up", "failed and not counted: other: gave up too"]
+
+
+def test_the_headline_says_how_many_members_failed() -> None:
+    """Even where what is left of the study agrees."""
+    tree = judge(study(lambda member: 0.0, Family(schemes=BOTH), fails=lambda member: member.size == 240))
+    lines = report(tree)
+    assert lines[0] == "inviscid limit: converging; 4 of 8 members failed"
+    assert len([line for line in lines if line.startswith("failed and not counted")]) == 4
+
+
+def test_a_study_stored_before_there_were_all_parts_is_read() -> None:
+    tree = judge(study(lambda member: 0.0))
+    old = tree["summary"].to_dataset().drop_vars(["settling", "reading", "failed", "members"])
+    lines = report(xr.DataTree.from_dict({"/": xr.Dataset(attrs=tree.attrs), "/summary": old}))
+    assert lines[0] == "inviscid limit: converged"
+    assert "settling" not in lines[1]
+    assert "reading" not in lines[1]
+    assert len(lines) == len(report(tree))
 
 
 def two_limits(apart: float, bar: float) -> xr.Dataset:
