@@ -40,12 +40,14 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         Along wave: ``moment``, ``phase_shift``, ``speed_before``, ``speed_after``, ``height_before``, ``height_after`` (means
     over the same times), ``scatter`` (the largest distance of a position from its line); NaN for what there is not: a wave
-        that did not collide has no values after. ``mass_left``, ``momentum_left``, ``height_left``: means over the
-        settled time after the last of these collisions, NaN without one.
+        that did not collide has no values after, nor has one that only met waves born later, as when it sheds them.
+        ``mass_left``, ``momentum_left``, ``height_left``: means over the settled time after the last of these collisions, NaN
+        without one.
     """
     import xarray as xr
 
     require("wave" in tracks.sizes, "There are no tracks; give what track() returned.")
+    tracks = tracks.transpose("t", "wave", ...)
     times = tracks["t"].values
     waves = tracks.sizes["wave"]
     names = ("moment", "phase_shift", "speed_before", "speed_after", "height_before", "height_after", "scatter")
@@ -59,11 +61,11 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
             before, values["scatter"][wave] = lines[wave][0]
             values["speed_before"][wave] = before[0]
             values["height_before"][wave] = height[flights[wave][0]].mean()
-        if len(lines[wave]) < 2:
+        others = [line[0][0] for other, line in enumerate(lines) if other != wave and line]
+        if len(lines[wave]) < 2 or not others:
             continue
         after, scatter = lines[wave][1]
         gap = 0.5 * (times[flights[wave][0][-1]] + times[flights[wave][1][0]])
-        others = [line[0][0] for other, line in enumerate(lines) if other != wave and line]
         moment = _moment(before, others, float(gap), length)
         values["moment"][wave] = moment
         values["phase_shift"][wave] = np.polyval(after, moment) - np.polyval(before, moment)

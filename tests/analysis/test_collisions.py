@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mol_compactons import CVODE, Compacton, ConservativeScheme, GranularCompacton, Grid, InputError, Simulation, run
 from mol_compactons.analysis.collisions import FEWEST_FRAMES, SHORTEST_FLIGHT, first_collision
 from mol_compactons.analysis.tracking import track
-from tests.analysis.painted import painted
+from tests.analysis.painted import GRID, painted
 
 
 @pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (1, -1), (-1, 1)])
@@ -160,3 +160,32 @@ def test_a_wave_that_meets_nobody_has_no_values_after() -> None:
 def test_what_is_no_track() -> None:
     with pytest.raises(InputError, match=r"There are no tracks; give what track\(\) returned"):
         first_collision(painted(3, [(Compacton(1, 8), 0, 0)], t_end=1))
+
+
+def test_a_collision_with_a_wave_that_is_much_lower_counts_for_both() -> None:
+    """For n = 3/2 a wave of a quarter of the speed has a sixteenth of the height."""
+    grid = Grid(120, 600)
+    result = painted(1.5, [(Compacton(1, 12), 40, 2.5), (Compacton(0.25, 42), 40, -1.25)], t_end=80, grid=grid)
+    collision = first_collision(track(result))
+    assert collision.moment.values == pytest.approx([40, 40], abs=1e-3)
+    assert collision.phase_shift.values == pytest.approx([2.5, -1.25], abs=1e-3)
+
+
+def test_the_order_of_dimensions_changes_nothing() -> None:
+    tracks = track(painted(3, [(Compacton(1, 8), 16, 2.5), (Compacton(0.25, 20), 16, -1.25)]))
+    collision = first_collision(tracks)
+    assert np.isfinite(collision.phase_shift).all()
+    xr.testing.assert_identical(first_collision(tracks.transpose("wave", "t")), collision)
+
+
+def test_a_wave_that_sheds_another_has_not_collided() -> None:
+    """There is nothing that it could have met."""
+    result = painted(3, [(Compacton(1, 10), 0, 0)], t_end=20)
+    shape = GranularCompacton(3).compacton(0.32)
+    shed = [shape(GRID.offset(10 + 0.32 * t)) * (t > 5) for t in result.t.values]
+    tracks = track(result + xr.DataArray(shed, dims=("t", "x")).rename("W"))
+    assert tracks.sizes["wave"] == 2
+    assert not tracks.isolated.values[:, 0].all()
+    collision = first_collision(tracks)
+    assert 0.9 < float(collision.speed_before[0]) < 1.1
+    assert np.isnan(collision.phase_shift).all()
