@@ -38,7 +38,7 @@ if __name__ == "__main__":
             integrator=IDA(rtol=1e-6),
         )
         dataset = run(paper)
-        outcome = first_collision(track(dataset))
+        outcome = first_collision(track(dataset, newborn=False))
         print(f"the paper's scheme: Q changes by {float(drift(dataset).momentum[-1]):.3f}")
         for name in ("height", "speed", "phase_shift"):
             value = name if name == "phase_shift" else f"{name}_after"

@@ -39,13 +39,12 @@ def lost_energy(collision: xr.Dataset) -> np.ndarray:
 
 if __name__ == "__main__":
     from mol_compactons.analysis.collisions import first_collision
-    from mol_compactons.analysis.fitting import fitted
     from mol_compactons.analysis.tracking import track
     from mol_compactons.figures import overview
 
     for name, place in PLACES.items():
         dataset = run(meeting(place), "head_on.nc", overwrite=True)
-        collision = first_collision(fitted(dataset, track(dataset)))
+        collision = first_collision(track(dataset, newborn=False))
         shifts, losses = collision.phase_shift.values.round(4), 100 * lost_energy(collision)
         print(f"they meet at {name}: phase shifts {shifts}, energy lost {losses.round(3)} %")
     overview(dataset).savefig("head_on.png")

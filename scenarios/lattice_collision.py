@@ -35,6 +35,6 @@ if __name__ == "__main__":
         print(f"t = {t:g}: relative L2 distance {float(now.distance):.3f}")
         print(f"  positions: chain {now.position.values.round(2)}, continuum {now.continuum_position.values.round(2)}")
     for label, dataset in (("chain", discrete), ("continuum, in its own units", smooth)):
-        collision = first_collision(track(dataset))
+        collision = first_collision(track(dataset, newborn=False))
         shift, moment = collision.phase_shift.values.round(2), float(collision.moment[0])
         print(f"{label}: the waves meet at {moment:.2f}, phase shifts {shift}")

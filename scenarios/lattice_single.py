@@ -15,7 +15,6 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-import xarray as xr
 
 from mol_compactons import (
     ChainCompacton,
@@ -30,7 +29,6 @@ from mol_compactons import (
     track,
 )
 from mol_compactons.analysis.chain_and_continuum import compare, continuum_of, two_way_continuum_of
-from mol_compactons.analysis.fitting import fitted
 
 Rate = Literal["derivative", "site_difference"]
 RATES: tuple[Rate, ...] = ("derivative", "site_difference")
@@ -52,11 +50,6 @@ def started(chain: Simulation, rate: Rate, center: float = 10.0) -> Simulation:
     return replace(chain, initial=[ChainCompacton(speed=1, center=center, rate=rate)])
 
 
-def at_the_end(dataset: xr.Dataset) -> xr.Dataset:
-    """Place and height of the wave in the last frame, those of the exact wave that fits it."""
-    return fitted(dataset, track(dataset)).isel(t=-1, wave=0)
-
-
 def study(chain: Simulation, name: str) -> None:
     """Chain with both rates, both continua and the exact wave of the chain: stored, drawn, and compared at the end."""
     from mol_compactons.figures import side_by_side
@@ -70,12 +63,12 @@ def study(chain: Simulation, name: str) -> None:
     two_way = compare(chains["derivative"], run(two_way_continuum_of(chain)))
     print(f"{chain.headline}, t = {chain.t_end:g}: position, height and width, and the relative L2 distance from the chain")
     for rate, result in comparisons.items():
-        last = at_the_end(chains[rate])
+        last = result.isel(t=-1, wave=0)
         shape = chain.equation.solitary_shape(float(last.height))
         print(
             f"  chain, {rate}: {float(last.position):.3f} {float(last.height):.4f} {shape.half_width if shape else np.nan:.4f}"
         )
-        print(f"    residual of the fit {float(last.residual):.1e}, distance {float(result.distance[-1]):.3f}")
+        print(f"    residual of the fit {float(last.residual):.1e}, distance {float(last.distance):.3f}")
     for label, result in (
         ("granular compacton equation", comparisons["derivative"]),
         ("Nesterenko's equation", two_way),
@@ -93,8 +86,8 @@ def phases(chain: Simulation) -> None:
     print(f"{chain.headline}: height and speed of the wave at t = {chain.t_end:g}, by rate and place of the centre")
     for rate in RATES:
         for center in (10.0, 10.25, 10.5):
-            height = float(at_the_end(run(started(chain, rate, center))).height)
-            print(f"  {rate}, {center:g}: {height:.4f} {chain.equation.solitary_speed(height) or float('nan'):.4f}")
+            last = track(run(started(chain, rate, center)), newborn=False).isel(t=-1, wave=0)
+            print(f"  {rate}, {center:g}: {float(last.height):.4f} {float(last.family_speed):.4f}")
 
 
 if __name__ == "__main__":

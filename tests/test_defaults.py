@@ -58,7 +58,7 @@ def test_two_compactons_to_three_collision_times(equation: Equation, points: flo
     assert float(early.x[int(np.argmax(early.values))]) == pytest.approx(
         width + float(early.t), abs=2 * simulation.grid.spacing
     )
-    height = np.sort(track(dataset).height.values)
+    height = np.sort(track(dataset, newborn=False).height.values)
     assert np.abs(height[-1] / height[0] - 1).max() < 0.05
     assert float(np.abs(dataset.mass / dataset.mass[0] - 1).max()) < 1e-11
 
@@ -71,7 +71,8 @@ def test_the_default_follows_the_scale_of_the_speeds(scale: float) -> None:
     assert isinstance(one.scheme, ConservativeScheme)
     assert isinstance(other.scheme, ConservativeScheme)
     assert other.scheme.grid_viscosity == pytest.approx(scale * one.scheme.grid_viscosity, rel=1e-12)
-    heights = [track(run(simulation)).height[-1] / track(run(simulation)).height[0] for simulation in (one, other)]
+    tracks = [track(run(simulation), newborn=False) for simulation in (one, other)]
+    heights = [followed.height[-1] / followed.height[0] for followed in tracks]
     assert np.abs(heights[0] - heights[1]).max() < 2e-3
 
 
@@ -81,7 +82,7 @@ def test_the_classical_collision_of_two() -> None:
     simulation = Simulation(equation=RosenauHyman(2, 2), grid=Grid(100, 1000), initial=waves, t_end=40)
     dataset = run(simulation)
     assert dataset.attrs["status"] == "complete"
-    tracks = track(dataset)
+    tracks = track(dataset, newborn=False)
     assert float(tracks.position[-1, 0]) > float(tracks.position[-1, 1]) + 8
     assert np.abs(tracks.height[-1] / tracks.height[0] - 1).max() < 0.01
 
@@ -90,7 +91,7 @@ def test_the_classical_collision_of_three() -> None:
     waves = [Compacton(3, 10), Compacton(2, 25), Compacton(1, 40)]
     dataset = run(Simulation(equation=RosenauHyman(2, 2), grid=Grid(110, 550), initial=waves, t_end=40, frames=201))
     assert dataset.attrs["status"] == "complete"
-    heights = track(dataset).height
+    heights = track(dataset, newborn=False).height
     assert np.abs(heights.dropna("t")[-1] / heights[0] - 1).max() < 0.06
 
 

@@ -15,7 +15,7 @@ from mol_compactons.equations.nesterenko import Nesterenko
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid
 from mol_compactons.integrators.sundials import CVODE, IDA
-from mol_compactons.results.reading import field_names
+from mol_compactons.results.reading import arranged, field_names, grid_of
 from mol_compactons.results.schema import describe
 from mol_compactons.schemes.compact import CompactScheme
 from mol_compactons.schemes.conservative import ConservativeScheme
@@ -145,7 +145,7 @@ def on_lattice(continuum: xr.Dataset, chain: str) -> xr.DataArray:
     """
     equation = _chain_of(Simulation.from_json(chain))
     simulation = Simulation.from_json(str(continuum.attrs["simulation"]))
-    field = continuum[field_names(continuum)[0]]
+    field = arranged(continuum)[field_names(continuum)[0]]
     if isinstance(simulation.equation, Nesterenko):
         require(
             simulation.equation.grain_distance == 1,
@@ -177,8 +177,9 @@ def compare(chain: xr.Dataset, continuum: xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         Along t and k: ``R`` and ``continuum``, that at the sites, interpolated. Along t: ``distance``, the L2 norm of their
-        difference relative to that of R. Along t and wave: ``position``, ``height`` and ``width`` of the chain's waves and
-        ``continuum_position``, ``continuum_height`` and ``continuum_width``.
+        difference relative to that of R. Along t and wave: ``position``, ``height``, ``width`` and ``residual`` of the chain's
+        waves, as `track` measures them by the exact wave of the chain, and ``continuum_position``, ``continuum_height``,
+        ``continuum_width`` and ``continuum_residual``, by the compacton of the continuum.
 
     Raises
     ------
@@ -188,13 +189,14 @@ def compare(chain: xr.Dataset, continuum: xr.Dataset) -> xr.Dataset:
     import xarray as xr
 
     require("R" in chain, "The first result must be of a GranularChain in stresses, with R(t, k).")
+    chain, continuum = arranged(chain), arranged(continuum)
     mapped = on_lattice(continuum, str(chain.attrs["simulation"]))
     x = mapped.x.values
-    length = x.size * (x[1] - x[0])
-    sites = chain.sizes["k"]
+    scale = float(x[1] - x[0]) / float(continuum.x[1] - continuum.x[0])
+    length, sites = scale * grid_of(continuum).length, grid_of(chain).length
     require(
         abs(length - sites) < 1e-9 * sites,
-        f"The continuum is {length:.6g} sites long, and the chain {sites}; choose one length, as continuum_of does.",
+        f"The continuum is {length:.6g} sites long, and the chain {sites:g}; choose one length, as continuum_of does.",
     )
     require(
         abs(x[0]) < 1e-9 * sites and mapped.sizes["t"] >= 4,
@@ -204,12 +206,11 @@ def compare(chain: xr.Dataset, continuum: xr.Dataset) -> xr.Dataset:
     wrapped = xr.concat([mapped, mapped.isel(x=[0]).assign_coords(x=[x[0] + length])], "x", join="outer")
     at_sites = wrapped.interp(t=np.minimum(times, float(mapped.t[-1])), x=chain.k.values, method="cubic").values
     stress = chain.R.values[: times.size]
-    own, other = track(chain), track(continuum)
+    own, other = (track(result, newborn=False) for result in (chain, continuum))
     require(
         own.sizes["wave"] == other.sizes["wave"],
         f"The chain has {own.sizes['wave']} waves and the continuum {other.sizes['wave']}; start both from the same.",
     )
-    scale = float(x[1] - x[0]) / float(continuum.x[1] - continuum.x[0])
     other = other.assign_coords(t=mapped.t.values).interp(t=times)
     norms = np.linalg.norm(stress, axis=1)
     result = xr.Dataset(
@@ -221,7 +222,7 @@ def compare(chain: xr.Dataset, continuum: xr.Dataset) -> xr.Dataset:
         {"t": ("t", times, describe("t")), "k": ("k", chain.k.values, describe("k"))},
         {"simulation": chain.attrs["simulation"], "continuum": continuum.attrs["simulation"]},
     )
-    for name, factor in (("position", scale), ("height", 1.0), ("width", scale)):
+    for name, factor in (("position", scale), ("height", 1.0), ("width", scale), ("residual", 1.0)):
         result[name] = ("t", "wave"), own[name].values[: times.size], describe(name)
         result[f"continuum_{name}"] = ("t", "wave"), factor * other[name].values, describe(f"continuum_{name}")
     return result

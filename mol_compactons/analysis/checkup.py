@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.drift import drift
-from mol_compactons.analysis.fitting import fitted
-from mol_compactons.analysis.tracking import FEWEST_FRAMES, track
+from mol_compactons.analysis.following import FEWEST_FRAMES
+from mol_compactons.analysis.tracking import track
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid
-from mol_compactons.results.reading import field_names, grid_of, outlines_of
+from mol_compactons.results.reading import arranged, field_names, grid_of, outlines_of
 from mol_compactons.schemes.viscosity import Damping, ViscousScheme
 from mol_compactons.simulation import Simulation
 
@@ -157,7 +157,7 @@ def check_up(dataset: xr.Dataset) -> list[Finding]:
     """
     require("simulation" in dataset.attrs and "t" in dataset.dims, "This is no result of a run; give what run() returned.")
     require(dataset.sizes["t"] > 0, "The result holds no frame; give one of a run that has begun.")
-    case = Case(dataset.transpose("t", ...))
+    case = Case(arranged(dataset))
     return [finding for check in CHECKS for finding in check(case)]
 
 
@@ -224,7 +224,7 @@ def _waves(case: Case) -> Iterator[Finding]:
         return
     late = case.tracks.isel(t=slice(int((1 - SETTLED_SHARE) * case.tracks.sizes["t"]), None))
     late = late.isel(wave=[case.speed_of(_median(height)) is not None for height in late["height"].values.T])
-    measured = fitted(case.dataset, late).where(late["isolated"])
+    measured = late.where(late["isolated"])
     for wave in range(late.sizes["wave"]):
         if late["isolated"].values[:, wave].any():
             yield from _one_wave(case, measured.isel(wave=wave))

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from mol_compactons.analysis.flights import Frames, Path, free_flights
 from mol_compactons.analysis.settling import WINDOWS, line_through, reading_noise, remaining, windows
+from mol_compactons.analysis.sighting import RECOGNISED
 from mol_compactons.errors import require
 from mol_compactons.results.schema import describe
-from mol_compactons.simulation import Simulation
-from mol_compactons.waves.base import LocalizedWave
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,9 +53,9 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
         over the same times), ``scatter`` (the largest distance of a position from its line), ``flight_end`` (the last time of
         free flight after the collision, or else of the first), ``incoming_noise`` (the standard error of the incoming line at
         the moment), ``misfit`` (the mean residual of the fit of the exact wave, over the same times as the values after, or
-        else before); NaN for what there is not: a wave that did not collide has no values after. ``mass_left``,
-        ``momentum_left``, ``height_left``: means over the last window of the time in which all waves that collided are free,
-        NaN without one.
+        else before); NaN for what there is not: a wave that did not collide has no values after, nor has one that only met
+        waves born later, as when it sheds them. ``mass_left``, ``momentum_left``, ``height_left``: means over the last window
+        of the time in which all waves that collided are free, NaN without one.
 
         Along wave and window, of the flight after the collision or else of the first: ``window_t`` (the middle, since the
         collision or the start), ``window_phase_shift``, ``window_speed``, ``window_height``, ``window_mismatch`` (the speed
@@ -73,6 +72,7 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
     import xarray as xr
 
     require("wave" in tracks.sizes, "There are no tracks; give what track() returned.")
+    tracks = tracks.transpose("t", "wave", ...)
     paths = free_flights(tracks)
     of_height = family_speeds(tracks)
     rows = [_of_wave(path, tracks.isel(wave=wave), of_height[:, wave]) for wave, path in enumerate(paths)]
@@ -87,25 +87,13 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
 
 
 def family_speeds(tracks: xr.Dataset) -> Array:
-    """The speed of the solitary wave as high as each wave, shape (t, wave); NaN where none is known.
+    """The speed of the solitary wave as high as each wave, shape (t, wave); NaN where its profile is not that of one.
 
-    Tops of quartics are no heights of the waves of a chain, which are a few sites wide: there only fits count.
+    A wave on a background, or one that is just out of a collision, has a height to which no speed belongs.
     """
-    if "family_speed" in tracks:
-        return np.asarray(tracks["family_speed"].values, dtype=float)
-    heights = tracks["height"].values
-    speeds = np.full(heights.shape, np.nan)
-    if "simulation" not in tracks.attrs:
-        return speeds
-    simulation = Simulation.from_json(str(tracks.attrs["simulation"]))
-    # Peaks of other data, as of a wave on a background, need not be compactons.
-    localized = all(isinstance(wave, LocalizedWave) for wave in simulation.initial)
-    if localized and (simulation.scheme.refines or "residual" in tracks):
-        for place in np.argwhere(np.abs(heights) > 0):
-            height = float(heights[tuple(place)])
-            speed = simulation.equation.solitary_speed(abs(height), 1 if height > 0 else -1)
-            speeds[tuple(place)] = np.nan if speed is None else speed
-    return speeds
+    if "family_speed" not in tracks:
+        return np.full(tracks["height"].shape, np.nan)
+    return np.where(tracks["residual"].values <= RECOGNISED, tracks["family_speed"].values, np.nan)
 
 
 def _nothing() -> dict[str, float | Array]:
@@ -150,8 +138,12 @@ def _of_wave(path: Path | None, track: xr.Dataset, of_height: Array) -> dict[str
 
 def _misfit(track: xr.Dataset, frames: Frames) -> float:
     """The mean residual of the fits in some frames, NaN where the tracks have none."""
-    residuals = track["residual"].values[frames] if "residual" in track else np.empty(0)
-    known = residuals[~np.isnan(residuals)]
+    return _mean(track["residual"].values[frames]) if "residual" in track else np.nan
+
+
+def _mean(values: Array) -> float:
+    """The mean of the numbers among some values; NaN where there are none."""
+    known = values[~np.isnan(values)]
     return float(known.mean()) if known.size else np.nan
 
 
@@ -167,7 +159,7 @@ def _of_windows(
         "speed": np.array([line.slope for line in lines]),
         "height": np.array([top.value for top in tops]),
         "mismatch": np.array(
-            [line.slope - np.copysign(of_height[part].mean(), line.slope) for line, part in zip(lines, parts, strict=True)]
+            [line.slope - np.copysign(_mean(of_height[part]), line.slope) for line, part in zip(lines, parts, strict=True)]
         ),
     }
     noises = {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mol_compactons.errors import require
+from mol_compactons.results.reading import arranged, grid_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +34,7 @@ def displacements(dataset: xr.Dataset) -> xr.DataArray:
     Raises
     ------
     InputError
-        If the result has no stress and velocity.
+        If the result has no stress and velocity, or not the whole period.
 
     Notes
     -----
@@ -42,9 +43,8 @@ def displacements(dataset: xr.Dataset) -> xr.DataArray:
     import xarray as xr
 
     require({"S", "v"} <= set(dataset.data_vars), "Displacements need a result with S and v: one of Nesterenko's equation.")
-    stress, x = dataset["S"].values, dataset["x"].values
-    size = x.size
-    spacing = float(x[1] - x[0])
+    dataset, grid = arranged(dataset), grid_of(dataset)
+    stress, size, spacing = dataset["S"].values, grid.size, grid.spacing
     transform = np.fft.rfft(stress, axis=1)
     transform[:, 0] = 0
     wavenumbers = 2 * np.pi * np.fft.rfftfreq(size, spacing)
@@ -52,7 +52,7 @@ def displacements(dataset: xr.Dataset) -> xr.DataArray:
     if size % 2 == 0:
         transform[:, -1] = 0
     wavy = np.fft.irfft(transform, n=size, axis=1)
-    slope = stress.mean(axis=1, keepdims=True) * (x - x[0])
+    slope = stress.mean(axis=1, keepdims=True) * spacing * np.arange(size)
     drift = dataset["v"].values[:1].mean() * dataset["t"].values[:, None]
     attributes = {"long_name": "displacement", "units": "1"}
     return xr.DataArray(drift - slope - wavy, dataset["S"].coords, dataset["S"].dims, "u", attributes)

@@ -32,7 +32,7 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
         One variable along t for each conserved quantity, nondimensional; its attribute `scale` is the value divided by, and
         `relative_to` says which that is. Where all is zero, so is the drift.
     """
-    series = dataset[conserved_names(dataset)].load()
+    series = dataset[[*conserved_names(dataset), "t"]].load().sortby("t")
     result = series.copy()
     for name in series.data_vars if dataset.sizes["t"] else ():
         values = series[name]

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.equations.base import Equation, SolitaryShape
-from mol_compactons.grid import Grid, Lattice
-from mol_compactons.results.reading import grid_of
-from mol_compactons.results.schema import describe
-from mol_compactons.simulation import Simulation
-
-if TYPE_CHECKING:
-    import xarray as xr
+from mol_compactons.grid import Grid, Lattice, ring_distance
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -30,11 +23,17 @@ LEAST_SHARE = 0.5
 ROUNDS, STEPS, HALVINGS = 8, 40, 4
 """How often the points are chosen anew, how many steps are made with the same, and how often one is halved."""
 
-RESOLUTION = 1e-11
-"""A step below this, relative to the width and the height, is the last."""
+RESOLUTION = 1e-7
+"""A step below this, relative to the width and the height, is the last: on an exact wave the error after it is the square."""
 
-DIFFERENCE = 1e-4
-"""The relative change of the height by which the derivative is taken; exact where the shape does not depend on the height."""
+FOREIGN, COARSE_RESOLUTION = 0.1, 1e-2
+"""What is farther than this from every wave, relative to its own norm, is none; its search ends at a larger step."""
+
+DIFFERENCE = 1e-6
+"""The relative change of the height by which the derivative is taken."""
+
+SINGULAR = 1e-12
+"""Below this part of its largest possible value the determinant of the normal equations is round-off."""
 
 LONGEST_STEP = 0.25
 """The most that a step may move a wave, in widths, and change the logarithm of its height."""
@@ -98,101 +97,72 @@ def fit(
     Fit or None
         None where no such wave is known, where too few points are clear, or where the search leaves the peak.
     """
+    coordinates, length = grid.coordinates, grid.length
     allowed = np.ones(grid.size, dtype=bool) if excluded is None else ~excluded
-    place, logarithm, points = position, math.log(height), None
+    place, logarithm, chosen = position, math.log(height), None
     for _ in range(ROUNDS):
         shape = equation.solitary_shape(math.exp(logarithm), sign)
         if shape is None:
             return None
-        core = np.abs(grid.offset(place)) <= shape.core / 2
-        chosen = core & allowed
-        if np.count_nonzero(chosen) < max(FEWEST_POINTS, LEAST_SHARE * np.count_nonzero(core)):
+        core = np.abs(ring_distance(coordinates, place, length)) <= shape.core / 2
+        before, chosen = chosen, np.flatnonzero(core & allowed)
+        if chosen.size < max(FEWEST_POINTS, LEAST_SHARE * np.count_nonzero(core)):
             return None
-        if points is not None and np.array_equal(points, chosen):
+        if before is not None and np.array_equal(before, chosen):
             break
-        points = chosen
-        place, logarithm = _descend(values, grid, equation, sign, points, (place, logarithm))
+        points = _Points(values[chosen], coordinates[chosen], length, equation, sign)
+        place, logarithm = points.descend(place, logarithm)
         if abs(place - position) > shape.width / 2 or abs(logarithm - math.log(height)) > 1:
             return None
     shape = equation.solitary_shape(math.exp(logarithm), sign)
-    if shape is None or points is None:
-        return None
-    exact = shape(grid.offset(place)[points])
-    return Fit(place, math.exp(logarithm), float(np.linalg.norm(values[points] - exact) / np.linalg.norm(exact)), shape)
+    return None if shape is None else Fit(place, math.exp(logarithm), points.misfit(shape, place), shape)
 
 
-def fitted(dataset: xr.Dataset, tracks: xr.Dataset) -> xr.Dataset:
-    """The tracks of a result with the places and heights of the exact waves that fit.
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """The points of a fit: values and coordinates, on a ring of a length, and the wave that is fitted to them."""
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A result.
-    tracks : xarray.Dataset
-        What `track` returned of it, or a part of that along t.
+    values: Array
+    coordinates: Array
+    length: float
+    equation: Equation
+    sign: int
 
-    Returns
-    -------
-    xarray.Dataset
-        The tracks with other ``position`` and ``height`` where a wave is isolated, and with ``residual`` (t, wave), that of
-        `fit`; where nothing fits all three are NaN, and all stays as it is where a wave is not isolated.
+    def misfit(self, shape: SolitaryShape, place: float) -> float:
+        """What a wave leaves, relative to it."""
+        exact = shape(ring_distance(self.coordinates, place, self.length))
+        return float(np.linalg.norm(self.values - exact) / np.linalg.norm(exact))
 
-    Raises
-    ------
-    InputError
-        If a class of the simulation is not loaded.
-    """
-    equation = Simulation.from_json(str(dataset.attrs["simulation"])).equation
-    grid = grid_of(dataset)
-    frames = dataset[tracks.attrs["field"]].sel(t=tracks["t"]).transpose("t", grid.dimension).values
-    position, height = tracks["position"].values.copy(), tracks["height"].values.copy()
-    residual = np.full(position.shape, np.nan)
-    for index in zip(*np.nonzero(tracks["isolated"].values), strict=True):
-        sign, size = int(np.sign(height[index])), abs(float(height[index]))
-        found = fit(frames[index[0]], grid, equation, sign, float(position[index]), size)
-        position[index], height[index], residual[index] = (
-            (found.position, sign * found.height, found.residual) if found else (np.nan,) * 3
-        )
-    along = tracks["position"].dims
-    return tracks.assign(
-        position=(along, position, tracks["position"].attrs),
-        height=(along, height, tracks["height"].attrs),
-        residual=(along, residual, describe("residual")),
-    )
-
-
-def _descend(
-    values: Array, grid: Grid | Lattice, equation: Equation, sign: int, points: Mask, start: tuple[float, float]
-) -> tuple[float, float]:
-    """Centre and logarithm of the height with the least sum of squares on some points."""
-    place, logarithm = start
-    left, jacobian, width = _linearized(values, grid, equation, sign, points, place, logarithm)
-    for _ in range(STEPS):
-        scale = np.array([width, 1.0])
-        step = np.linalg.lstsq(jacobian * scale, left, rcond=None)[0]
-        step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
-        for _ in range(HALVINGS):
-            tried = place + float(step[0]) * width, logarithm + float(step[1])
-            found = _linearized(values, grid, equation, sign, points, *tried)
-            if float(found[0] @ found[0]) < float(left @ left):
+    def descend(self, place: float, logarithm: float) -> tuple[float, float]:
+        """Centre and logarithm of the height with the least sum of squares."""
+        left, jacobian, width = self._linearized(place, logarithm)
+        for _ in range(STEPS):
+            normal = jacobian @ jacobian.T
+            determinant = normal[0, 0] * normal[1, 1] - normal[0, 1] ** 2
+            if not determinant > SINGULAR * normal[0, 0] * normal[1, 1]:
                 break
-            step /= 2
-        else:
-            break
-        (place, logarithm), (left, jacobian, width) = tried, found
-        if float(np.abs(step).max()) < RESOLUTION:
-            break
-    return place, logarithm
+            step = np.array([[normal[1, 1], -normal[0, 1]], [-normal[0, 1], normal[0, 0]]]) @ (jacobian @ left) / determinant
+            step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
+            for _ in range(HALVINGS):
+                tried = place + float(step[0]) * width, logarithm + float(step[1])
+                found = self._linearized(*tried)
+                if found[0] @ found[0] < left @ left:
+                    break
+                step /= 2
+            else:
+                break
+            (place, logarithm), (left, jacobian, width) = tried, found
+            foreign = left @ left > FOREIGN**2 * (self.values @ self.values)
+            if float(np.abs(step).max()) < (COARSE_RESOLUTION if foreign else RESOLUTION):
+                break
+        return place, logarithm
 
-
-def _linearized(
-    values: Array, grid: Grid | Lattice, equation: Equation, sign: int, points: Mask, place: float, logarithm: float
-) -> tuple[Array, Array, float]:
-    """What a wave leaves on the points, the derivatives of the wave by centre and logarithm of the height, and its width."""
-    z = grid.offset(place)[points]
-    shapes = [equation.solitary_shape(math.exp(logarithm + change * DIFFERENCE), sign) for change in (-1, 0, 1)]
-    lower, shape, upper = shapes
-    if lower is None or shape is None or upper is None:
-        return np.full(z.size, np.inf), np.zeros((z.size, 2)), 1.0
-    by_height = (upper(z) - lower(z)) / (2 * DIFFERENCE)
-    return values[points] - shape(z), np.stack([-shape.slope(z), by_height], axis=1), shape.width
+    def _linearized(self, place: float, logarithm: float) -> tuple[Array, Array, float]:
+        """What a wave leaves, the derivatives of the wave by the centre in widths and by the logarithm, and its width."""
+        z = ring_distance(self.coordinates, place, self.length)
+        shape, upper = (self.equation.solitary_shape(math.exp(one), self.sign) for one in (logarithm, logarithm + DIFFERENCE))
+        if shape is None or upper is None:
+            return np.full(z.size, np.inf), np.zeros((2, z.size)), 1.0
+        profile = shape(z)
+        by_height = (upper(z) - profile) / DIFFERENCE
+        return self.values - profile, np.stack([-shape.width * shape.slope(z), by_height]), shape.width

@@ -101,12 +101,17 @@ def _flights(isolated: NDArray[np.bool_]) -> tuple[Frames, Frames] | None:
 
 
 def _with_moment(path: Path, paths: list[Path | None], times: Array, length: float) -> Path:
-    """The path with the moment of its collision, if its free flight ends before the last frame."""
+    """The path with the moment of its collision, if its free flight ends before the last frame.
+
+    A wave that is alone at the start can only meet what is born later, as when it sheds waves: that is no collision.
+    """
     last = path.before[-1]
     if last + 1 == times.size:
         return path
     seen_again = times[path.after[0]] if path.after.size else times[last]
     others = [other.incoming for other in paths if other is not None and other is not path]
+    if not others:
+        return replace(path, after=path.after[:0])
     return replace(path, moment=_moment(path.incoming, others, 0.5 * float(times[last] + seen_again), length))
 
 

@@ -10,6 +10,9 @@ from mol_compactons.grid import Grid, Lattice
 
 Array = NDArray[np.float64]
 
+QUARTIC = np.array([[0, 0, 24, 0, 0], [2, -16, 0, 16, -2], [-1, 16, -30, 16, -1], [-2, 4, 0, -4, 2], [1, -4, 6, -4, 1]]) / 24.0
+"""The coefficients of the quartic through five values at -2, -1, 0, 1, 2."""
+
 
 def peaks(values: Array, grid: Grid | Lattice, sign: int, least: float) -> tuple[Array, Array, Array]:
     """The peaks of one sign, with the position of each between the points, from a quartic through five of them.
@@ -33,6 +36,8 @@ def peaks(values: Array, grid: Grid | Lattice, sign: int, least: float) -> tuple
     from scipy.signal import find_peaks, peak_widths
 
     turned = sign * np.asarray(values, dtype=float)
+    if not turned.max() >= least:
+        return (np.empty(0),) * 3
     start = int(np.argmin(turned))
     rolled = np.append(np.roll(turned, -start), turned[start])
     places, _ = find_peaks(rolled, height=least, prominence=least)
@@ -52,9 +57,9 @@ def peaks(values: Array, grid: Grid | Lattice, sign: int, least: float) -> tuple
 
 def _summits(around: Array) -> tuple[Array, Array]:
     """Place and height of the top of the quartics through five points each, shape (peaks, 5), in units of the spacing."""
-    quartics = polynomial.polyfit(np.arange(-2.0, 3.0), around.T, 4)
-    slope = polynomial.polyder(quartics)
-    curvature = polynomial.polyder(slope)
+    quartics = QUARTIC @ around.T
+    slope = np.arange(1.0, 5.0)[:, None] * quartics[1:]
+    curvature = np.arange(1.0, 4.0)[:, None] * slope[1:]
     offsets = np.zeros(around.shape[0])
     for _ in range(6):
         bend = np.minimum(polynomial.polyval(offsets, curvature, tensor=False), -1e-300)

@@ -73,11 +73,11 @@ def save(figure: Figure, path: Path) -> None:
 
 def contents(dataset: xr.Dataset) -> str:
     """One line: what is in a result."""
-    from mol_compactons.results.reading import field_names
+    from mol_compactons.results.reading import field_names, space_of
 
     fields = field_names(dataset)
-    space = dataset[fields[0]].dims[1]
-    last = float(dataset["t"][-1]) if dataset.sizes["t"] else 0.0
+    space = space_of(dataset)
+    last = float(dataset["t"].max()) if dataset.sizes["t"] else 0.0
     names = " and ".join(f"{name}(t, {space})" for name in fields)
     return f"{names}, {dataset.sizes['t']} frames on {dataset.sizes[space]} points to t = {last:g}, {dataset.attrs['status']}"
 

@@ -7,6 +7,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mol_compactons.analysis.wave_orbits import report_orbit
 from mol_compactons.cli.common import add_import, contents, cost, kept, save
 from mol_compactons.cli.scenarios import import_module, listing
@@ -15,11 +17,16 @@ from mol_compactons.errors import InputError
 from mol_compactons.results.netcdf import check_target, open_result, open_study
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from mol_compactons.cli.common import Commands
 
 
 LONGEST_LINE = 120
 """How much of a wave is shown."""
+
+TRACK_COLUMNS = ("t", "position", "height", "speed", "family_speed", "residual")
+"""What is told of a wave."""
 
 
 def add_info(commands: Commands) -> None:
@@ -40,6 +47,21 @@ def add_doctor(commands: Commands) -> None:
     parser.add_argument("result", metavar="FILE.nc")
     add_import(parser)
     parser.set_defaults(handle=_doctor)
+
+
+def add_track(commands: Commands) -> None:
+    """The command track."""
+    parser = commands.add_parser(
+        "track",
+        help="follow the waves of a result, and say which are compactons",
+        description="A line for each wave, as it was when it was last clear of all others: its place, height and speed, the "
+        "speed that belongs to the height, and how far its profile is from the exact wave; then the phase shifts by which "
+        "collisions moved them, and what is not sure.",
+    )
+    parser.add_argument("result", metavar="FILE.nc")
+    parser.add_argument("--least-height", type=float, metavar="HEIGHT", help="peaks lower than this are ripples")
+    add_import(parser)
+    parser.set_defaults(handle=_track)
 
 
 def add_plot(commands: Commands) -> None:
@@ -84,6 +106,35 @@ def _doctor(options: argparse.Namespace) -> int:
     for finding in findings:
         print(f"{finding.verdict:12} {finding.check}: {finding.sentence}")
     return int(any(finding.verdict == "contradicts" for finding in findings))
+
+
+def _track(options: argparse.Namespace) -> None:
+    from mol_compactons.analysis.collisions import first_collision
+    from mol_compactons.analysis.tracking import track
+
+    for module in options.imports:
+        import_module(module)
+    with open_result(Path(options.result)) as dataset:
+        tracks = track(dataset, least_height=options.least_height)
+    print(f"wave {'since':>9}" + "".join(f"{name:>13}" for name in TRACK_COLUMNS) + f"{'compacton':>11}")
+    for wave in range(tracks.sizes["wave"]):
+        print(_line_of(tracks.isel(wave=wave)))
+    collisions = first_collision(tracks).dropna("wave", subset=["phase_shift"])
+    for wave, shift, moment in zip(*(collisions[name].values for name in ("wave", "phase_shift", "moment")), strict=True):
+        print(f"wave {wave} is {shift:.5g} ahead of its free flight after its first collision, at t = {moment:.5g}")
+    for name in ("lost", "doubtful"):
+        if tracks.attrs[name]:
+            print(tracks.attrs[name])
+
+
+def _line_of(track: xr.Dataset) -> str:
+    """A wave when it was last clear of others and had a speed or, without such a frame, when it was last seen."""
+    flight = track["isolated"] & track["speed"].notnull()
+    known = np.flatnonzero(flight if flight.any() else track["position"].notnull())
+    now = track.isel(t=known[-1] if known.size else -1)
+    values = "".join(f"{float(now[name]):>13.6g}" for name in TRACK_COLUMNS)
+    word = "yes" if bool(now["compacton"]) else "no"
+    return f"{int(track['wave']):<4} {float(track['first_seen']):>9.5g}{values}{word:>11}"
 
 
 def shown(part: Any) -> str:

@@ -10,7 +10,7 @@ from contextlib import nullcontext
 from importlib.metadata import version
 from typing import Any, NoReturn
 
-from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_scenarios
+from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_scenarios, add_track
 from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
 from mol_compactons.cli.studies import add_converge, add_stability
@@ -32,7 +32,7 @@ def parser() -> Parser:
     main = Parser(prog="mol-compactons", description="Compacton equations by the method of lines.")
     main.add_argument("--version", action="version", version=f"%(prog)s {version('mol_compactons')}")
     commands: Any = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (add_run, add_info, add_plot, add_doctor, add_converge, add_stability, add_orbit, add_scenarios):
+    for add in (add_run, add_info, add_plot, add_track, add_doctor, add_converge, add_stability, add_orbit, add_scenarios):
         add(commands)
     return main
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mol_compactons.analysis.drift import drift
-from mol_compactons.results.reading import field_names
+from mol_compactons.results.reading import arranged, field_names, space_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,8 +32,8 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     variable : str, optional
         Which component; by default the first one.
     """
-    name = variable or field_names(dataset)[0]
-    space = dataset[name].dims[1]
+    dataset = arranged(dataset)
+    name, space = variable or field_names(dataset)[0], space_of(dataset)
     field = dataset[name]
     if name == "Q":
         name, field = "R", -field.diff(space)

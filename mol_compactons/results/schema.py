@@ -47,6 +47,9 @@ LONG_NAMES = {
     "speed": "speed of the crest",
     "width": "width at half the height",
     "residual": "L2 distance from the exact wave that fits, relative to its norm, in the core of the wave",
+    "family_speed": "speed of the exact wave of this height",
+    "compacton": "whether profile, height and speed are those of one exact wave",
+    "first_seen": "time of the first frame in which the wave was seen",
     "isolated": "whether the support of the wave is clear of all others",
     "mass_left": "integral of the field outside the waves",
     "momentum_left": "half the integral of the squared field outside the waves",
@@ -98,6 +101,7 @@ LONG_NAMES = {
     "members": "members of the family",
     "rate": "observed power of the grid spacing at which the error falls",
     "scale": "what errors are relative to",
+    "continuum_residual": "relative L2 misfit of the compacton in the continuum",
     "spacing": "distance between neighbouring grid points",
 }
 """The names that this program gives; an equation brings those of its own variables. All are nondimensional, with units "1"."""

@@ -94,7 +94,7 @@ def _result(member: Member, dataset: xr.Dataset) -> xr.Dataset:
     last = dataset[name].isel(t=-1, drop=True).to_dataset(name=name)
     result = xr.merge([dataset[conserved_names(dataset)], last])
     with contextlib.suppress(InputError):
-        result = result.merge(track(dataset), combine_attrs="override")
+        result = result.merge(track(dataset, newborn=False), combine_attrs="override")
     result.attrs = dataset.attrs | {
         name: getattr(member, name) for name in ("label", "limit", "scheme", "viscosity", "tolerance")
     }

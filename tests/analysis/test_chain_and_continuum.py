@@ -65,7 +65,9 @@ def test_place_height_width_and_profile_are_those_of_the_chain(strength: float, 
     assert float(first.continuum_position) == pytest.approx(12.3, abs=coarse)
     assert float(first.continuum_height) == pytest.approx(shape.amplitude, rel=coarse)
     assert float(first.continuum_width) == pytest.approx(shape.half_width, rel=coarse)
-    assert [float(first.position), float(first.height)] == pytest.approx([12.3, shape.amplitude], rel=0.1)
+    # The chain's own wave has another shape, and for n = 3 few points.
+    assert float(first.position) == pytest.approx(12.3, abs=0.1)
+    assert float(first.height) == pytest.approx(shape.amplitude, rel=0.15)
     assert float(first.width) == pytest.approx(shape.half_width, rel=0.2)
     assert comparison.continuum.values[0] == pytest.approx(shape(np.arange(40.0) - 12.3), abs=3e-3 * shape.amplitude)
     assert float(last.continuum_position) == pytest.approx(12.3 + speed, abs=0.15 if two_way else 0.01)
@@ -154,3 +156,11 @@ def test_on_lattice_is_for_equations_of_the_chain() -> None:
     other = run(Simulation(equation=RosenauHyman(2, 2), grid=Grid(40, 90), initial=[Compacton(1, 10)], t_end=0.1, frames=3))
     with pytest.raises(InputError, match="with GranularCompacton or Nesterenko, not with RosenauHyman"):
         on_lattice(other, chain().to_json())
+
+
+def test_the_order_of_dimensions_changes_nothing() -> None:
+    simulation = chain(1.0)
+    discrete, smooth = run(simulation), run(continuum_of(simulation))
+    comparison = compare(discrete, smooth)
+    assert float(comparison.distance[-1]) > 0.01
+    xr.testing.assert_identical(compare(discrete.transpose("k", "t"), smooth.transpose("x", "t")), comparison)

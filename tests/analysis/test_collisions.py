@@ -23,11 +23,10 @@ from mol_compactons import (
     run,
 )
 from mol_compactons.analysis.collisions import family_speeds, first_collision, readings
-from mol_compactons.analysis.fitting import fitted
 from mol_compactons.analysis.flights import SHORTEST_FLIGHT
 from mol_compactons.analysis.settling import FEWEST_FRAMES
 from mol_compactons.analysis.tracking import track
-from tests.analysis.painted import painted
+from tests.analysis.painted import GRID, painted
 
 
 @pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (1, -1), (-1, 1)])
@@ -183,17 +182,15 @@ def test_what_is_no_track() -> None:
 
 @pytest.mark.parametrize("n", [3 / 2, 2, 3])
 def test_the_error_of_reading_holds_the_truth(n: float) -> None:
-    """Exact waves on a coarse grid, read by tops or by fits; it says nothing of what is read to round-off."""
+    """Exact waves on a coarse grid; it says nothing of what is read to round-off."""
     flights = [(Compacton(1, 8), 24, 2.5), (Compacton(0.25, 26, -1), 24, -1.25)]
     result = painted(n, flights, grid=Grid(length=120, size=240), t_end=80)
     heights = [wave.sign * GranularCompacton(n).compacton(wave.speed).amplitude for wave, _, _ in flights]
-    tops = track(result)
-    for tracks in (tops, fitted(result, tops)):
-        collision = first_collision(tracks)
-        for name, truth in {"phase_shift": [2.5, -1.25], "speed_after": [1, 0.25], "height_after": heights}.items():
-            bar = collision[f"{name.removesuffix('_after')}_reading"].values
-            assert (np.abs(collision[name].values - truth) <= bar + 1e-12).all()
-            assert (bar < 1e-3).all()
+    collision = first_collision(track(result))
+    for name, truth in {"phase_shift": [2.5, -1.25], "speed_after": [1, 0.25], "height_after": heights}.items():
+        bar = collision[f"{name.removesuffix('_after')}_reading"].values
+        assert (np.abs(collision[name].values - truth) <= bar + 1e-12).all()
+        assert (bar < 1e-3).all()
 
 
 def test_a_misfit_is_an_error_of_reading() -> None:
@@ -218,11 +215,12 @@ def test_the_misfit_is_that_of_the_settled_time() -> None:
 
 
 def test_the_speed_of_a_height_is_that_of_the_wave() -> None:
-    """Bright and dark compactons; of a chain only where its waves are fitted, for tops are too low."""
+    """Bright and dark compactons and waves of a chain, where their profile is that of one."""
     compactons = track(painted(3, [(Compacton(1, 8), 0, 0), (Compacton(0.25, 30, -1), 0, 0)], t_end=2))
     assert family_speeds(compactons) == pytest.approx(np.array([[1, 0.25]] * 161), rel=1e-3)
-    compactons["height"][3, 1] = np.nan
-    assert np.isnan(family_speeds(compactons)).sum() == 1
+    compactons["residual"][3, 1] = 0.2
+    assert np.argwhere(np.isnan(family_speeds(compactons))).tolist() == [[3, 1]]
+    assert np.isnan(family_speeds(compactons.drop_vars("family_speed"))).all()
     chain = Simulation(
         equation=GranularChain(PowerContact(n=3 / 2)),
         grid=Lattice(60),
@@ -232,7 +230,33 @@ def test_the_speed_of_a_height_is_that_of_the_wave() -> None:
         frames=9,
         integrator=Symplectic(step=0.05),
     )
-    result = run(chain)
-    assert family_speeds(fitted(result, track(result))) == pytest.approx(np.full((9, 1), 1.2), rel=1e-6)
-    tops = track(result).drop_vars(["residual", "family_speed"], errors="ignore")
-    assert np.isnan(family_speeds(tops)).all()
+    assert family_speeds(track(run(chain))) == pytest.approx(np.full((9, 1), 1.2), rel=1e-6)
+
+
+def test_a_collision_with_a_wave_that_is_much_lower_counts_for_both() -> None:
+    """For n = 3/2 a wave of a quarter of the speed has a sixteenth of the height."""
+    grid = Grid(120, 600)
+    result = painted(1.5, [(Compacton(1, 12), 40, 2.5), (Compacton(0.25, 42), 40, -1.25)], t_end=80, grid=grid)
+    collision = first_collision(track(result))
+    assert collision.moment.values == pytest.approx([40, 40], abs=1e-3)
+    assert collision.phase_shift.values == pytest.approx([2.5, -1.25], abs=1e-3)
+
+
+def test_the_order_of_dimensions_changes_nothing() -> None:
+    tracks = track(painted(3, [(Compacton(1, 8), 16, 2.5), (Compacton(0.25, 20), 16, -1.25)]))
+    collision = first_collision(tracks)
+    assert np.isfinite(collision.phase_shift).all()
+    xr.testing.assert_identical(first_collision(tracks.transpose("wave", "t")), collision)
+
+
+def test_a_wave_that_sheds_another_has_not_collided() -> None:
+    """There is nothing that it could have met."""
+    result = painted(3, [(Compacton(1, 10), 0, 0)], t_end=20)
+    shape = GranularCompacton(3).compacton(0.32)
+    shed = [shape(GRID.offset(10 + 0.32 * t)) * (t > 5) for t in result.t.values]
+    tracks = track(result + xr.DataArray(shed, dims=("t", "x")).rename("W"))
+    assert tracks.sizes["wave"] == 2
+    assert not tracks.isolated.values[:, 0].all()
+    collision = first_collision(tracks)
+    assert 0.9 < float(collision.speed_before[0]) < 1.1
+    assert np.isnan(collision.phase_shift).all()

@@ -82,3 +82,12 @@ def test_displacements_need_a_two_way_result() -> None:
     )
     with pytest.raises(InputError, match="need a result with S and v"):
         displacements(run(simulation))
+
+
+def test_the_order_of_dimensions_and_points_changes_nothing() -> None:
+    grid = Grid(length=7, size=3, left=-1)
+    result = by_hand(np.random.default_rng(1).standard_normal((3, 3)), np.ones((3, 3)), grid.x, np.array([0.0, 0.5, 2.0]))
+    expected = displacements(result)
+    assert np.ptp(expected.values) > 1
+    for other in (result.transpose("x", "t"), result.isel(x=slice(None, None, -1))):
+        xr.testing.assert_identical(displacements(other), expected)

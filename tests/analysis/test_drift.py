@@ -86,3 +86,10 @@ def test_a_run_keeps_what_it_should() -> None:
     assert dataset.energy[0] == pytest.approx(-np.pi / 2, rel=1e-2)
     assert dataset.momentum[0] == pytest.approx(np.pi, rel=1e-4)
     assert dataset.mass[0] == pytest.approx(4 * np.sqrt(2), rel=1e-3)
+
+
+def test_the_order_in_time_changes_nothing() -> None:
+    result = series([2.0, 2.0, 1.0])
+    change = drift(result)
+    assert change.mass.values.tolist() == [0, 0, -0.5]
+    xr.testing.assert_identical(drift(result.isel(t=slice(None, None, -1))), change)

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -12,19 +11,13 @@ from mol_compactons import (
     GranularCompacton,
     Grid,
     Lattice,
-    NearestNeighbours,
     Nesterenko,
     PowerContact,
     RosenauHyman,
-    Simulation,
     SolitaryWave,
-    Symplectic,
-    run,
-    track,
 )
-from mol_compactons.analysis.fitting import fit, fitted
+from mol_compactons.analysis.fitting import fit
 from mol_compactons.equations.base import Equation
-from tests.analysis.painted import painted
 
 GRID = Grid(length=60, size=600)
 CHAINS = [GranularChain(PowerContact(n)) for n in (1.5, 3)] + [GranularChain(PowerContact(3, linear=0.5))]
@@ -97,38 +90,3 @@ def test_an_equation_without_known_waves_fits_nothing() -> None:
 class GranularCompactonWithout(GranularCompacton):
     def solitary_shape(self, height: float, sign: int = 1) -> None:
         return None
-
-
-def test_fitted_tracks_have_the_true_places_and_heights_and_a_turned_field_turns_the_heights() -> None:
-    result = painted(3, [(Compacton(1, 10.03), 0, 0)], t_end=10)
-    tracks = fitted(result, track(result))
-    assert tracks.position.values[:, 0] == pytest.approx(10.03 + result.t.values, abs=1e-9)
-    assert tracks.height.values == pytest.approx(2**0.5, rel=1e-9)
-    assert float(tracks.residual.max()) < 1e-9
-    assert tracks.residual.attrs["long_name"].startswith("L2 distance from the exact wave")
-    dark = painted(3, [(Compacton(1, 10.03, sign=-1), 0, 0)], t_end=10)
-    assert fitted(dark, track(dark)).height.values == pytest.approx(-tracks.height.values)
-    xr.testing.assert_identical(fitted(result.transpose("x", "t"), track(result)), tracks)
-
-
-def test_what_is_not_isolated_stays_as_it_was() -> None:
-    flights = [(Compacton(1, 8), 0, 0), (Compacton(0.25, 20), 0, 0)]
-    result = painted(2, flights, t_end=10)
-    before = track(result)
-    after = fitted(result, before)
-    together = ~before["isolated"].values
-    assert together.any()
-    assert np.array_equal(after.position.values[together], before.position.values[together], equal_nan=True)
-    assert np.isnan(after.residual.values[together]).all()
-    assert not np.isnan(after.residual.values[~together]).any()
-
-
-def test_a_chain_carries_its_wave_at_the_speed_that_belongs_to_the_fitted_height() -> None:
-    chain = GranularChain(PowerContact(1.5))
-    wave = SolitaryWave(speed=1, center=12.3)
-    simulation = Simulation(chain, Lattice(60), [wave], 20, NearestNeighbours(), 41, Symplectic(step=0.02))
-    result = run(simulation)
-    tracks = fitted(result, track(result))
-    assert tracks.height.values == pytest.approx(wave.profile(chain).amplitude, rel=1e-5)
-    assert tracks.position.values[:, 0] == pytest.approx(12.3 + result.t.values, abs=1e-4)
-    assert float(tracks.residual.max()) < 1e-4

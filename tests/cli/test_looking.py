@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
+from mol_compactons import Compacton
 from mol_compactons.cli import main
+from tests.analysis.painted import painted
 from tests.cli.conftest import QUICK, ROOT
 
 
@@ -90,3 +92,36 @@ def test_doctor_says_a_line_for_each_thing_and_fails_where_something_contradicts
     assert capsys.readouterr().out.startswith("contradicts  frames: there are values that are no numbers, first at t = 0.3")
     assert main(["doctor", "nothing.nc"]) == 2
     assert capsys.readouterr().err == "mol-compactons: There is no file nothing.nc; give one that mol-compactons wrote.\n"
+
+
+def test_track_prints_a_line_for_each_wave(capsys: pytest.CaptureFixture[str]) -> None:
+    short = ["--set", "t_end=2", "--set", "frames=21", "--set", "grid.size=600"]
+    assert main(["run", "two_bright", "-o", "two.nc", "--quiet", *short]) == 0
+    capsys.readouterr()
+    assert main(["track", "two.nc"]) == 0
+    heads, *rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert heads == ["wave", "since", "t", "position", "height", "speed", "family_speed", "residual", "compacton"]
+    assert [row[-1] for row in rows] == ["yes", "yes"]
+    for row, (speed, center) in zip(rows, ((1, 5.5), (0.25, 15.5)), strict=True):
+        _, since, t, position, height, measured, family, residual = (float(word) for word in row[:-1])
+        assert (since, t) == (0, 1.9)
+        assert position == pytest.approx(center + 1.9 * speed, abs=1e-2)
+        assert height == pytest.approx((2 * speed) ** 0.5, rel=2e-3)
+        assert measured == pytest.approx(speed, rel=0.03)
+        assert family == pytest.approx(speed, rel=5e-3)
+        assert 0 < residual < 5e-3
+    assert main(["track", "two.nc", "--least-height", "-1"]) == 2
+    assert "least_height = -1.0 must be positive" in capsys.readouterr().err
+    assert main(["track", "nothing.nc"]) == 2
+
+
+def test_track_tells_of_collisions_and_of_what_is_lost(capsys: pytest.CaptureFixture[str]) -> None:
+    result = painted(3, [(Compacton(1, 8), 16, 2.5), (Compacton(0.25, 20), 16, -1.25)])
+    result["W"][155:] = 0.0
+    of_own_time = result.assign_attrs(status="complete", title="painted")
+    of_own_time.to_netcdf("painted.nc")
+    assert main(["track", "painted.nc"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 6
+    assert [line.split()[:4] for line in lines[3:5]] == [["wave", "0", "is", "2.5"], ["wave", "1", "is", "-1.25"]]
+    assert lines[5].startswith("Wave 0 is lost after t = 38.5")

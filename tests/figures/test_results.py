@@ -36,3 +36,13 @@ def test_of_displacements_the_stresses_are_drawn() -> None:
 def test_few_frames_are_drawn_once_each() -> None:
     figure = overview(run(one_compacton(frames=3)))
     assert len(figure.axes[0].lines) == 3
+
+
+def test_the_order_of_dimensions_changes_nothing() -> None:
+    """Even of a square result, of which nothing else tells time from space."""
+    dataset = run(one_compacton(frames=150))
+    assert dataset.sizes["t"] == dataset.sizes["x"]
+    lines, others = (overview(result).axes[0].lines for result in (dataset, dataset.transpose("x", "t")))
+    assert len(lines) == PROFILES
+    for line, other in zip(lines, others, strict=True):
+        assert np.array_equal(np.asarray(line.get_ydata()), np.asarray(other.get_ydata()))

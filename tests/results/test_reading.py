@@ -17,7 +17,16 @@ from mol_compactons import (
     Symplectic,
     run,
 )
-from mol_compactons.results.reading import conserved_names, field_names, grid_of, outlines_of
+from mol_compactons.results.reading import (
+    arranged,
+    conserved_names,
+    equation_of,
+    field_names,
+    grid_of,
+    outlines_of,
+    ring_of,
+    space_of,
+)
 from mol_compactons.results.schema import FORMAT
 from tests.systems import one_compacton
 
@@ -78,8 +87,52 @@ def test_the_period_is_read_and_not_guessed() -> None:
     assert grid_of(thin) == Grid(length=30, size=50)
     del thin.x.attrs["period"]
     assert grid_of(thin).length == pytest.approx(30)
-    last = dataset.isel(x=slice(0, 140))
-    assert grid_of(last).length == 30
+    part = dataset.isel(x=slice(10, 140))
+    grid, places = ring_of(part)
+    assert grid == Grid(length=30, size=150, left=2)
+    assert np.array_equal(places, np.arange(130))
+    with pytest.raises(InputError, match="holds 130 of the 150 points of the period 30; give it whole"):
+        grid_of(part)
+    with pytest.raises(InputError, match="do not lie on a grid of the period 30; give every point, or every m-th"):
+        grid_of(dataset.isel(x=slice(None, None, 4)))
+
+
+def test_points_across_the_seam_are_found_on_their_ring() -> None:
+    dataset = run(one_compacton())
+    grid, places = ring_of(dataset.isel(x=[*range(0, 20, 2), *range(130, 150, 2)]))
+    assert grid == Grid(length=30, size=75)
+    assert np.array_equal(places, [*range(10), *range(65, 75)])
+
+
+def test_a_part_of_a_chain_keeps_the_numbers_of_its_sites() -> None:
+    lattice = Lattice(40)
+    chain = GranularChain(PowerContact(3))
+    simulation = Simulation(chain, lattice, [Compacton(1, 16)], 0.1, NearestNeighbours(), 2, Symplectic())
+    dataset = run(simulation)
+    grid, places = ring_of(dataset.isel(k=slice(5, 25)))
+    assert grid == lattice
+    assert np.array_equal(places, np.arange(5, 25))
+    assert grid_of(dataset.isel(k=slice(1, None, 2))) == Grid(length=40, size=20, left=1)
+
+
+def test_arranged_puts_dimensions_and_points_in_order() -> None:
+    dataset = run(one_compacton())
+    for other in (
+        dataset.transpose("x", "t"),
+        dataset.isel(x=slice(None, None, -1), t=slice(None, None, -1)),
+        dataset.roll(x=7, roll_coords=True),
+    ):
+        xr.testing.assert_identical(arranged(other), dataset)
+    with pytest.raises(InputError, match="has no dimension t"):
+        arranged(dataset.isel(t=0))
+
+
+def test_the_equation_is_read_where_its_class_is_known() -> None:
+    dataset = run(one_compacton())
+    assert equation_of(dataset) == one_compacton().equation
+    assert equation_of(dataset.assign_attrs(simulation='{"equation": {"type": "elsewhere:Own"}}')) is None
+    assert equation_of(xr.Dataset()) is None
+    assert space_of(dataset) == "x"
 
 
 def test_without_a_coordinate_in_space_there_is_no_grid() -> None:

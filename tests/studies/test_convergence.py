@@ -162,6 +162,8 @@ def test_the_ladder_of_a_chain_is_that_of_its_tolerances() -> None:
         assert one.verdict.item() == "converged"
         assert abs(float(one.value - other.value)) <= float(one.error + other.error) + 1e-9
         assert float(one.error) > 0
+    true = SolitaryWave(1, 20).profile(ring.equation).amplitude
+    assert abs(float(second["value"].sel(quantity="height 0")) - true) < 1e-5
     single = converge(replace(ring, integrator=Symplectic(step=0.05)), Family(tolerances=(0.05, 0.025)))
     assert (single["summary"].to_dataset()["verdict"] == "converged").any()
     with pytest.raises(InputError, match="a single member"):
