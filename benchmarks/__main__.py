@@ -87,7 +87,7 @@ def of_the_compact_scheme(simulation: Simulation, slow_peers: bool) -> tuple[lis
 
         return last
 
-    tolerances = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
+    tolerances = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
     candidates = [
         Candidate("ours, Rosenbrock", True, [Rosenbrock(rtol=rtol) for rtol in tolerances], ours),
         Candidate("ours, IDA", True, [IDA(rtol=rtol) for rtol in tolerances], ours),

@@ -20,7 +20,7 @@ def main() -> None:
         FourierScheme(dealias=True, viscosity=VISCOSITY),
         FourierScheme(dealias=False, viscosity=VISCOSITY),
     ):
-        solver = CVODE(rtol=1e-5, linear_solver="krylov" if isinstance(scheme, FourierScheme) else "band")
+        solver = CVODE(rtol=1e-4, linear_solver="krylov" if isinstance(scheme, FourierScheme) else "band")
         simulation = Simulation(
             equation=GranularCompacton(n=3),
             grid=GRID,

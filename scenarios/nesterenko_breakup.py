@@ -40,7 +40,7 @@ simulation = Simulation(
     initial=[wave],
     t_end=0.25,
     frames=251,
-    integrator=IDA(rtol=1e-6, max_steps=2000),
+    integrator=IDA(rtol=1e-5, max_steps=2000),
 )
 
 chain = Simulation(

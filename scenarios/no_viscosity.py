@@ -15,7 +15,7 @@ simulation = Simulation(
     initial=[Compacton(speed=1, center=5.5)],
     t_end=14,
     frames=141,
-    integrator=CVODE(rtol=1e-6, linear_solver="sparse"),
+    integrator=CVODE(rtol=1e-4, linear_solver="sparse"),
 )
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ simulation = Simulation(
     initial=[wave],
     t_end=4 * period,
     frames=201,
-    integrator=IDA(rtol=1e-10),
+    integrator=IDA(rtol=1e-6),
 )
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ simulation = Simulation(
     initial=[Compacton(speed=1, center=8, sign=-1)],
     t_end=14,
     frames=141,
-    integrator=IDA(rtol=1e-6),
+    integrator=IDA(rtol=1e-5),
 )
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ simulation = Simulation(
     initial=[Compacton(speed=2, center=10), Compacton(speed=3 / 2, center=25), Compacton(speed=1, center=40)],
     t_end=80,
     frames=401,
-    integrator=IDA(rtol=1e-5),
+    integrator=IDA(rtol=5e-5),
 )
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ simulation = Simulation(
     initial=[Compacton(speed=1, center=5.5, sign=-1), Compacton(speed=1 / 4, center=15.5, sign=-1)],
     t_end=40,
     frames=401,
-    integrator=IDA(rtol=1e-6, linear_solver="sparse"),
+    integrator=IDA(rtol=1e-5, linear_solver="sparse"),
 )
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ simulation = Simulation(
     initial=[Compacton(speed=1, center=8), Compacton(speed=1 / 4, center=20, sign=-1)],
     t_end=40,
     frames=401,
-    integrator=IDA(rtol=1e-5),
+    integrator=IDA(rtol=5e-5),
 )
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ def test_what_is_conserved_is_counted_at_every_frame() -> None:
             assert float(dataset[name][index]) == value
 
 
-@pytest.mark.parametrize("integrator", [IDA(rtol=1e-9), Rosenbrock(rtol=1e-9), Midpoint(step=2e-3), GaussLegendre(step=0.02)])
+@pytest.mark.parametrize("integrator", [IDA(rtol=1e-6), Rosenbrock(rtol=1e-7), Midpoint(step=2e-3), GaussLegendre(step=0.02)])
 def test_the_wave_has_moved_by_its_speed_times_the_time(integrator: Integrator) -> None:
     simulation = replace(one_compacton(size=300, t_end=2, viscosity=1e-4), integrator=integrator)
     final = run(simulation).W.values[-1]

@@ -66,7 +66,7 @@ def continuum_of(chain: Simulation, points_per_site: int = 16) -> Simulation:
         initial=[Compacton(wave.speed**2 / law.strength, wave.center / scale, wave.sign) for wave in compactons],
         t_end=chain.t_end * math.sqrt(law.strength) / scale,
         frames=chain.frames,
-        integrator=CVODE(rtol=1e-6),
+        integrator=CVODE(rtol=1e-5),
     )
 
 
@@ -93,7 +93,7 @@ def two_way_continuum_of(chain: Simulation) -> Simulation:
         initial=_compactons_of(chain),
         t_end=chain.t_end,
         frames=chain.frames,
-        integrator=IDA(rtol=1e-6, max_order=2),
+        integrator=IDA(rtol=1e-5, max_order=2),
     )
 
 

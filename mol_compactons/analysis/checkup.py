@@ -190,7 +190,7 @@ def _ending(case: Case) -> Iterator[Finding]:
 
 def _conserved(case: Case) -> Iterator[Finding]:
     """Drift against the tolerance; for the momentum of one field less what the viscosity took."""
-    tolerance = max(100 * case.rtol, 1e-12) if case.rtol is not None else 1e-6
+    tolerance = max(10 * case.rtol, 1e-12) if case.rtol is not None else 1e-6
     for name, change in drift(case.dataset).data_vars.items():
         values = change.values
         relative_to, size = change.attrs["relative_to"], float(np.abs(values).max())

@@ -24,7 +24,7 @@ FAMILY_OPTIONS = {
     "schemes": "schemes: 'ConservativeScheme(order=4),FourierScheme'",
     "viscosities": "viscosities kept fixed while the grid is refined: 1e-3,5e-4",
     "grid_viscosities": "viscosities in grid units: 0.1,0.03",
-    "tolerances": "relative tolerances, or steps of Midpoint: 1e-5,1e-6",
+    "tolerances": "relative tolerances, or steps of Midpoint: 1e-4,1e-5",
     "accuracy": "what may be called converged: 0.01",
 }
 """The fields of a `Family` that are options of converge, and an example of each."""

@@ -19,7 +19,7 @@ from mol_compactons.integrators.base import (
     no_report,
 )
 from mol_compactons.integrators.linear.newton import BandedMatrix
-from mol_compactons.integrators.scales import absolute_tolerances
+from mol_compactons.integrators.scales import absolute_tolerances, ripple_persistence, steepened
 from mol_compactons.integrators.sundials import CVODE
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -130,6 +130,13 @@ TIME_SLOPES = _TRANSFORMATION @ np.ones(STAGES)
 TIME_DIFFERENCE = 1e-6
 """Over what part of a step df/dt is taken."""
 
+STEP_POWER = 1 / (ORDER - 1)
+"""By which power of rtol the local error falls faster: the steps add up, and there are more of them."""
+
+RIPPLE_SHARE, RIPPLE_POWER = 1 / 10, 1 / 6
+"""By what the tolerance of the local error is tightened where ripples of the grid last (`ripple_persistence`), at rtol = 1e-3
+and, as a power of rtol, below. ``python -m benchmarks.tolerances`` shows what it does."""
+
 FIRST_STEP = 1e-4
 SMALLEST_STEP = 1e-12
 LARGEST_GROWTH, SMALLEST_GROWTH, CAUTION = 5.0, 0.2, 0.9
@@ -148,7 +155,9 @@ class Rosenbrock(Integrator):
     Parameters
     ----------
     rtol : float
-        Relative tolerance of the local error, in the root mean square over the part of the grid that the state occupies.
+        Relative tolerance of the error of a run, in the root mean square over the part of the grid that the state occupies.
+        That of the local error is made from it: it falls like rtol^(5/4), and is ten times smaller where ripples of the grid
+        last (`integrators.scales.ripple_persistence`).
     atol : float or None
         Absolute tolerance; None for rtol / 100 times the largest value of each component.
     max_step : float or None
@@ -212,8 +221,10 @@ class RosenbrockIntegration:
         self._last_step = 0.0
         self._state = state.copy()
         self._before = state.copy()
-        default = absolute_tolerances(system, state, t_end, settings.rtol)
-        self._atol = default if settings.atol is None else np.full(len(state), settings.atol)
+        weight = ripple_persistence(system, state, system.rate(0.0, state))
+        self._rtol = steepened(settings.rtol, STEP_POWER + RIPPLE_POWER * weight) * RIPPLE_SHARE**weight
+        default = absolute_tolerances(system, state, t_end, self._rtol)
+        self._atol = default if settings.atol is None else np.full(len(state), settings.atol * self._rtol / settings.rtol)
         self._stages = np.zeros((STAGES, *state.shape))
         self._argument, self._slope, self._rate, self._product = np.empty((4, *state.shape))
 
@@ -257,7 +268,7 @@ class RosenbrockIntegration:
             if self._matrix.factor_linearized(GAMMA * step):
                 self._compute_stages(step)
                 np.add(self._argument, self._stages[-1], out=self._argument)
-                error = _error(self._stages[-1], self._state, self._argument, settings.rtol, self._atol)
+                error = _error(self._stages[-1], self._state, self._argument, self._rtol, self._atol)
             growth = CAUTION * max(error, 1e-10) ** (-1 / ORDER) if np.isfinite(error) else SMALLEST_GROWTH
             self._step = min(step * min(max(growth, SMALLEST_GROWTH), LARGEST_GROWTH), settings.max_step or np.inf)
             if error <= 1:

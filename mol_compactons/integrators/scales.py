@@ -1,4 +1,4 @@
-"""How large the components of a state are, and on how much of the grid: what tolerances are relative to.
+"""What a tolerance is relative to, and which tolerance of the local error makes the error of a run follow the one asked for.
 
 An equation that is invariant under W -> r W has no absolute tolerance: it must be relative to the size of the state. And a
 norm that is an average over the grid must not count an empty background, or one and the same tolerance would be looser in a
@@ -16,6 +16,18 @@ Array = NDArray[np.float64]
 
 ABSOLUTE_SHARE = 0.01
 """The default absolute tolerance of a component, relative to rtol times its largest value."""
+
+LOOSE = 1e-3
+"""The tolerance at which the local error may be as large as the error of the run; below, it must fall faster."""
+
+RIPPLE_LIFETIME = 0.25
+"""The lifetime of a ripple, in the time in which a state changes, at which it counts half."""
+
+ORDERS_BY_DAMPING = ((0.3, 5), (0.0, 2))
+"""The largest BDF order by the least ratio of the damping of f at the grid scale to the largest row sum of |df/dy|, both at
+the initial state. Orders 3 to 5 are unstable for a nearly imaginary spectrum: order 5 needs five times the steps of order 2
+at a ratio of 0.15 (`universal_pair`) and order 3 twice at 0.04 (`rosenau_hyman_collision`), while order 2 is never far
+behind."""
 
 SHORTEST_TIME = 2.0**-200
 """Where the search for the time in which a state changes begins, relative to the length of the run."""
@@ -64,3 +76,49 @@ def occupied_share(state: Array) -> float:
         return 1.0
     parts = state[known] / largest[known, None]
     return float(np.max(np.mean(parts * parts, axis=1)))
+
+
+def damping_ratio(system: SemiDiscretization, state: Array) -> float:
+    """How fast f damps a ripple of the grid, relative to the largest row sum of |df/dy| at a state; 0 without damping."""
+    if not system.damping:
+        return 0.0
+    diagonals = np.empty_like(system.mass_diagonals)
+    system.jacobian(0.0, state, diagonals)
+    fastest = float(np.abs(diagonals).sum(axis=(1, 2)).max())
+    return system.damping / fastest if fastest > 0 else np.inf
+
+
+def order_for_damping(ratio: float) -> int:
+    """The largest BDF order for a system of a `damping_ratio`."""
+    return next(order for least, order in ORDERS_BY_DAMPING if ratio >= least)
+
+
+def ripple_persistence(system: SemiDiscretization, state: Array, rate: Array) -> float:
+    """How long ripples of the grid last in the time in which a state changes, from 0, where they die at once, to 1.
+
+    An edge that crosses the cells sheds ripples with each. A step that does not resolve their periods loses them; each
+    loss is small enough to pass the control of the local error, but what lasts adds up. An oscillator, whose fastest
+    periods are those of its own waves, has none.
+
+    Parameters
+    ----------
+    system : SemiDiscretization
+        The system.
+    state, rate : array, shape (components, N)
+        The state at t = 0, and its time derivative.
+    """
+    if system.split_steps is not None:
+        return 0.0
+    if not system.damping:
+        return 1.0
+    sizes, rates = np.abs(state).max(axis=1), np.abs(rate).max(axis=1)
+    moving = (sizes > 0) & (rates > 0)
+    if not moving.any():
+        return 0.0
+    lifetimes = system.damping * float((sizes[moving] / rates[moving]).min())
+    return 1 / (1 + RIPPLE_LIFETIME * lifetimes)
+
+
+def steepened(rtol: float, power: float) -> float:
+    """A tolerance times (rtol / LOOSE)^power, where it is below LOOSE."""
+    return float(rtol * min(1.0, rtol / LOOSE) ** power)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from mol_compactons import (
     CVODE,
@@ -31,7 +32,8 @@ from mol_compactons import (
     Symplectic,
     run,
 )
-from mol_compactons.integrators.scales import component_scales, occupied_share
+from mol_compactons.integrators.scales import component_scales, occupied_share, ripple_persistence, steepened
+from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import relative_error
 
 SPEEDS = (1e-6, 1e-3, 1e3, 1e6)
@@ -137,3 +139,42 @@ def test_the_share_of_the_grid_that_is_occupied() -> None:
     assert occupied_share(np.ones((2, 9))) == 1
     assert occupied_share(np.zeros((2, 9))) == 1
     assert occupied_share(np.array([[0.0, 4, 0, 0], [1.0, 1, 0, 0]])) == 0.5
+
+
+def persistence(system: SemiDiscretization, state: NDArray[np.float64]) -> float:
+    return ripple_persistence(system, state, system.rate(0.0, state))
+
+
+@given(power=st.integers(-6, 6), size=st.integers(60, 300), n=st.sampled_from([1.5, 2.0, 3.0]))
+def test_ripples_last_as_long_for_a_wave_of_any_speed(power: int, size: int, n: float) -> None:
+    """Damping in proportion to the speeds leaves the lifetime in the time of the wave."""
+    found = []
+    for speed in (1.0, 10.0**power):
+        scheme = ConservativeScheme(4, grid_viscosity=0.03 * speed, viscosity_order=6)
+        equation, grid = GranularCompacton(n), Grid(40, size)
+        found.append(persistence(scheme.discretize(equation, grid), Compacton(speed, 20).values(equation, grid)))
+    assert 0 < found[0] < 1
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+
+
+def test_ripples_last_without_damping_and_the_less_the_more_of_it() -> None:
+    equation, grid = GranularCompacton(3), Grid(30, 200)
+    state = Compacton(1, 10).values(equation, grid)
+    schemes = [ConservativeScheme(4, grid_viscosity=nu, viscosity_order=6) for nu in (0, 1e-3, 1e-2, 1)]
+    shares = [persistence(scheme.discretize(equation, grid), state) for scheme in schemes]
+    assert shares[0] == 1
+    assert shares == sorted(shares, reverse=True)
+    assert shares[-1] < 0.02
+    assert persistence(schemes[1].discretize(equation, grid), 0 * state) == 0
+
+
+def test_an_oscillator_has_no_ripples() -> None:
+    chain = Simulation(GranularChain(PowerContact(1.5)), Lattice(40), [SolitaryWave(1, 20)], t_end=1)
+    assert persistence(chain.discretize(), chain.initial_state()) == 0
+
+
+@given(rtol=st.floats(1e-12, 1e-3), power=st.floats(0, 2), factor=st.floats(0.01, 1))
+def test_a_local_tolerance_falls_by_its_power(rtol: float, power: float, factor: float) -> None:
+    assert steepened(1e-3, power) == 1e-3
+    assert steepened(0.05, power) == 0.05
+    assert steepened(rtol * factor, power) / steepened(rtol, power) == pytest.approx(factor ** (1 + power))

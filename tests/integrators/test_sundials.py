@@ -8,13 +8,24 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from mol_compactons import CVODE, IDA, Compacton, InputError, IntegrationError, Midpoint, PowerContact, Simulation, run
-from mol_compactons.assignment import assign
+from mol_compactons import (
+    CVODE,
+    IDA,
+    Compacton,
+    ConservativeScheme,
+    GranularCompacton,
+    Grid,
+    InputError,
+    IntegrationError,
+    Midpoint,
+    PowerContact,
+    Simulation,
+    run,
+)
 from mol_compactons.chain.chain import GranularChain
 from mol_compactons.chain.nearest_neighbours import NearestNeighbours
-from mol_compactons.cli import scenarios
 from mol_compactons.grid import Lattice
-from mol_compactons.integrators import sundials
+from mol_compactons.integrators.scales import damping_ratio, order_for_damping
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array, one_compacton
 
@@ -34,10 +45,10 @@ def last_frame(**fields: Any) -> Array:
 
 def test_band_sparse_and_midpoint_agree_to_the_tolerances_asked() -> None:
     """The two linear solvers to the tolerance; the midpoint rule approaches them at its own second order."""
-    band = last_frame(integrator=IDA(rtol=1e-9))
-    sparse = last_frame(integrator=IDA(rtol=1e-9, linear_solver="sparse"))
+    band = last_frame(integrator=IDA(rtol=1e-6))
+    sparse = last_frame(integrator=IDA(rtol=1e-6, linear_solver="sparse"))
     assert np.abs(band - sparse).max() < 5e-7
-    loose = last_frame(integrator=IDA(rtol=1e-6))
+    loose = last_frame(integrator=IDA(rtol=1e-5))
     assert np.abs(band - loose).max() < 1e-5
     coarse, fine = (np.abs(last_frame(integrator=Midpoint(step=step)) - band).max() for step in (0.01, 0.005))
     assert fine < 2e-5
@@ -48,10 +59,24 @@ def test_cvode_agrees_with_ida() -> None:
     """On a small ring solved for y'; the dense coupling by M^-1 lies outside the band, so the Jacobian is inexact."""
     simulation = one_compacton(size=60, length=10, t_end=0.5, viscosity=1e-2)
     system, state = simulation.discretize(), simulation.initial_state()
-    reference = IDA(rtol=1e-9).start(system, state, 0.5).advance(0.5)
-    solved = CVODE(rtol=1e-9).start(identity_mass(system), state, 0.5)
+    reference = IDA(rtol=1e-6).start(system, state, 0.5).advance(0.5)
+    solved = CVODE(rtol=1e-6).start(identity_mass(system), state, 0.5)
     assert np.abs(solved.advance(0.5) - reference).max() < 1e-6
     assert solved.counters.steps > 0
+
+
+def test_adams_is_for_the_chain() -> None:
+    """On a grid its error does not follow the tolerance; the sentence names what does."""
+    with pytest.raises(InputError, match=r"unstable .* choose CVODE\(method='BDF'\), IDA or Rosenbrock"):
+        Simulation(
+            GranularCompacton(3),
+            Grid(30, 80),
+            [Compacton(1, 10)],
+            t_end=1,
+            scheme=ConservativeScheme(4),
+            integrator=CVODE(method="Adams"),
+        )
+    Simulation(GranularChain(PowerContact(1.5)), Lattice(40), [Compacton(1, 20)], t_end=1, integrator=CVODE(method="Adams"))
 
 
 def test_cvode_refuses_a_mass_matrix() -> None:
@@ -136,14 +161,15 @@ def test_counters_count(linear_solver: Literal["band", "sparse"]) -> None:
 @pytest.mark.parametrize(("viscosity", "size", "order"), [(0.0, 600, 2), (1e-5, 600, 2), (1e-3, 600, 2), (1e-2, 600, 5)])
 def test_the_order_follows_the_damping(viscosity: float, size: int, order: int) -> None:
     simulation = one_compacton(viscosity=viscosity, size=size)
-    assert sundials._order_for_damping(simulation.discretize(), simulation.initial_state()) == order
+    ratio = damping_ratio(simulation.discretize(), simulation.initial_state())
+    assert order_for_damping(ratio) == order
 
 
-def test_without_viscosity_a_run_does_not_crawl() -> None:
-    """Order 2 keeps an undamped run of the scenario within five times the cost of the viscous one."""
-    scenario = scenarios.load("single_compacton")
-    viscous, undamped = run(scenario), run(assign(scenario, {"scheme.viscosity": "0"}))
-    assert undamped.attrs["solver_evaluations"] <= 5 * viscous.attrs["solver_evaluations"]
+def test_without_viscosity_order_2_is_chosen_and_does_not_crawl() -> None:
+    """Orders 3 to 5 are unstable on a nearly imaginary spectrum: the same run takes many times the steps."""
+    undamped = replace(one_compacton(size=300, viscosity=0.0), integrator=IDA(rtol=1e-3))
+    chosen, highest = (run(replace(undamped, integrator=IDA(rtol=1e-3, max_order=order))) for order in (None, 5))
+    assert chosen.attrs["solver_steps"] < highest.attrs["solver_steps"] / 5
 
 
 def test_a_solver_that_gives_up_says_why_and_keeps_its_frames() -> None:

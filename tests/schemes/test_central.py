@@ -76,7 +76,7 @@ class LogKdV(Equation):
 
 def final(equation: Equation, grid: Grid, initial: Array, t_end: float, scheme: Any = None, **changes: Any) -> Any:
     """The result of a run that starts with given numbers."""
-    settings = {"frames": 3, "integrator": CVODE(rtol=1e-7), **changes}
+    settings = {"frames": 3, "integrator": CVODE(rtol=1e-5), **changes}
     samples = Samples(tuple(initial.ravel()))
     return run(Simulation(equation=equation, grid=grid, initial=[samples], t_end=t_end, scheme=scheme, **settings))
 
@@ -171,7 +171,7 @@ def test_order_in_two_way_form(order: Order) -> None:
     assert fitted_order(sizes, errors) == pytest.approx(order, abs=0.15)
 
 
-@pytest.mark.parametrize("integrator", [IDA(rtol=1e-9), CVODE(rtol=1e-9)])
+@pytest.mark.parametrize("integrator", [IDA(rtol=1e-6), CVODE(rtol=1e-6)])
 def test_a_run_with_a_source_follows_the_manufactured_solution(integrator: Any) -> None:
     grid = Grid(length=2 * np.pi, size=48)
     equation = CustomEquation("u**2 + u*d2(u)", "cos(x - t) + mu*(2 + sin(x - t) - u)", {"mu": 0.5})
@@ -185,7 +185,7 @@ def test_a_loss_takes_the_mass_away_at_its_rate() -> None:
     start = Compacton(1, 10).values(RosenauHyman(2, 2), grid)
     result = final(CustomEquation("u**2 + d2(u**2)", "-nu*u", {"nu": 0.3}), grid, start, 4.0)
     mass = result.mass.values
-    assert mass[-1] == pytest.approx(mass[0] * np.exp(-0.3 * 4), rel=1e-6)
+    assert mass[-1] == pytest.approx(mass[0] * np.exp(-0.3 * 4), rel=1e-5)
     assert result.mass.attrs["role"] == "diagnostic"
 
 
@@ -197,7 +197,7 @@ def soliton(x: Array, speed: float) -> Array:
 def test_an_absorbing_layer_takes_a_wave_out() -> None:
     grid = Grid(length=40, size=200)
     equation = CustomEquation("3*u**2 + d2(u)", "exp(-((x - 30)/4)**2)*(d2(u) - u)")
-    result = final(equation, grid, soliton(grid.x - 10, 1.0), 40.0, integrator=CVODE(rtol=1e-5))
+    result = final(equation, grid, soliton(grid.x - 10, 1.0), 40.0, integrator=CVODE(rtol=1e-3))
     assert np.abs(result.u.values[-1]).max() < 0.1 * np.abs(result.u.values[0]).max()
 
 
@@ -240,7 +240,7 @@ def test_two_solitons_of_kdv_pass_each_other_with_the_exact_shifts() -> None:
     """Speeds 1 and 1/4: the fast one gains log(3) / k with k = 1/2, the slow one loses log(3) / k with k = 1/4."""
     grid, t_end = Grid(length=180, size=450, left=-60), 110.0
     start = soliton(grid.x + 30, 1.0) + soliton(grid.x, 0.25)
-    (u,) = final(KDV, grid, start, t_end, CentralScheme(6)).u.values[-1:]
+    (u,) = final(KDV, grid, start, t_end, CentralScheme(6), integrator=CVODE(rtol=1e-4)).u.values[-1:]
     between = -30 + t_end - 15
     fast = peak(grid, np.where(grid.x > between, u, 0))
     slow = peak(grid, np.where(grid.x < between, u, 0))

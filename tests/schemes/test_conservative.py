@@ -105,13 +105,13 @@ def one_wave(n: float, length: float, order: Order, integrator: CVODE | Midpoint
 )
 def test_one_compacton_without_any_viscosity(n: float, length: float, order: Order, bound: float) -> None:
     """t = 14, N = 300: the error, mass to round-off with the analytic Jacobian, Q to the tolerance of the integrator."""
-    simulation = one_wave(n, length, order, CVODE(rtol=1e-6, linear_solver="sparse"))
+    simulation = one_wave(n, length, order, CVODE(rtol=1e-4, linear_solver="sparse"))
     dataset = run(simulation)
     exact = simulation.initial[0].values(simulation.equation, simulation.grid, 14)[0]
     assert relative_error(dataset.W.values[-1], exact) < bound
     changes = drift(dataset)
     assert float(abs(changes.mass).max()) < 1e-12
-    assert float(abs(changes.momentum).max()) < 1e-6
+    assert float(abs(changes.momentum).max()) < 1e-5
 
 
 def test_with_the_midpoint_rule_momentum_is_kept_in_time_too() -> None:

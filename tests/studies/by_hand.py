@@ -27,7 +27,7 @@ SIMULATION = Simulation(
     initial=[Compacton(speed=1, center=10)],
     t_end=3,
     frames=2,
-    integrator=CVODE(rtol=1e-6),
+    integrator=CVODE(rtol=1e-5),
 )
 
 

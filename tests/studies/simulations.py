@@ -24,7 +24,7 @@ def single(n: float = 2, size: int = 240) -> Simulation:
         initial=[Compacton(speed=1, center=10)],
         t_end=3,
         frames=31,
-        integrator=CVODE(rtol=1e-7),
+        integrator=CVODE(rtol=1e-5),
     )
 
 
