@@ -88,7 +88,14 @@ def test_usage_errors_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_solver_that_gives_up_is_status_1(capsys: pytest.CaptureFixture[str]) -> None:
-    changes = ["--set", "scheme.viscosity=0", "--set", "scheme.second_difference=nearest", "--set", "integrator.max_steps=800"]
+    changes = [
+        "--set",
+        "scheme.viscosity=0",
+        "--set",
+        "scheme.second_difference=nearest",
+        "--set",
+        "integrator.max_steps=4000",
+    ]
     assert main(["run", "single_compacton", "--quiet", *changes]) == 1
     assert "gave up at t = 0." in capsys.readouterr().err
     with xr.open_dataset("single_compacton.nc") as dataset:

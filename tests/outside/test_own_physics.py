@@ -62,6 +62,9 @@ SAMPLES: dict[str, Simulation] = {
 }
 """A simulation for each kind of part, whose only wave is known at all times."""
 
+MANY = 31
+"""Frames that tell whether a wave has settled."""
+
 parts = pytest.mark.parametrize("part", list(SAMPLES))
 
 
@@ -104,10 +107,13 @@ def test_it_is_tracked(part: str, files: dict[str, Path]) -> None:
 
 @parts
 def test_a_study_says_how_much_is_real(part: str) -> None:
-    """Position, height and speed are converged, and the truth lies within the error bars."""
+    """The truth lies within the error bars; position, height and speed are converged where there are points enough.
+
+    A chain's waves are read from a few sites, and no exact profile of a law of one's own is known to fit: that is told.
+    """
     simulation = SAMPLES[part]
     wave: Any = simulation.initial[0]
-    summary = converge(simulation)["summary"].to_dataset().isel(limit=0)
+    summary = converge(replace(simulation, frames=MANY))["summary"].to_dataset().isel(limit=0)
     truth = {
         "position 0": wave.center + wave.speed * simulation.t_end,
         "height 0": wave.outline(simulation.equation)[0],
@@ -115,7 +121,7 @@ def test_a_study_says_how_much_is_real(part: str) -> None:
     }
     for quantity, value in truth.items():
         row = summary.sel(quantity=quantity)
-        assert row.verdict.item() == "converged"
+        assert (row.verdict.item() == "converged") == simulation.scheme.refines, quantity
         assert abs(float(row.value) - value) <= float(row.error)
 
 
@@ -191,13 +197,13 @@ def test_parts_can_be_set_on_the_command_line(module: list[Any], changes: list[s
 
 
 def test_a_study_can_be_read_without_the_module_and_judged_with_it(fresh: Fresh, tmp_path: Path) -> None:
-    write_tree(converge(SAMPLES["integrator"]), tmp_path / "study.nc")
+    write_tree(converge(replace(SAMPLES["integrator"], frames=MANY)), tmp_path / "study.nc")
     assert "speed 0" in fresh("-m", "mol_compactons", "info", "study.nc").stdout
     code = "from mol_compactons import *; from pathlib import Path; judge(open_study(Path('study.nc')), 0.1)"
     assert "import own_physics first" in fresh("-c", code).stderr
     assert fresh("-c", "import own_physics; " + code).returncode == 0
     anew = judge(open_study(tmp_path / "study.nc"), accuracy=0.1)
-    assert anew["summary"].to_dataset().sel(quantity="speed 0").verdict.item() == "converged"
+    assert anew["summary"].to_dataset().sel(quantity="profile").verdict.item() == "converged"
 
 
 def test_the_default_scheme_of_the_equation_is_central_and_the_own_one_checks_it() -> None:
