@@ -1,0 +1,1 @@
+"""Families of runs with known answers: does `converge` say "converged" only where its error bar holds the truth?"""
