@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mol_compactons import Compacton, Equation, Family, Grid, Lattice, Simulation, converge
-from mol_compactons.studies.judgement import CONVERGED, NOT_CONVERGED
+from mol_compactons.studies.judgement import CONVERGED
 from mol_compactons.waves.base import LocalizedWave
 
 if TYPE_CHECKING:
@@ -109,14 +109,14 @@ class Row:
         return self.verdict == CONVERGED and not self.holds
 
     @property
-    def is_recognised(self) -> bool:
-        """Whether it is accurate, and was called converged with a bar that holds."""
-        return self.is_accurate and self.holds and self.verdict == CONVERGED
+    def is_right(self) -> bool:
+        """Whether it was called converged with a bar that holds the truth."""
+        return self.verdict == CONVERGED and self.holds
 
     @property
-    def is_false_alarm(self) -> bool:
-        """Whether it is accurate, and was called not converged."""
-        return self.is_accurate and self.verdict == NOT_CONVERGED
+    def is_unrecognised(self) -> bool:
+        """Whether it is accurate, and was not called converged."""
+        return self.is_accurate and self.verdict != CONVERGED
 
 
 def rows(name: str, known: Known, notice: Callable[[str], None] = lambda line: None) -> list[Row]:
