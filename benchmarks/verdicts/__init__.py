@@ -1,1 +1,1 @@
-"""Families of runs with known answers: does `converge` say "converged" only where its error bar holds the truth?"""
+"""Families of runs with known answers: where `converge` says "converged", its error bar should hold the truth."""

@@ -15,8 +15,8 @@ from mol_compactons import (
     Family,
     GranularCompacton,
     Grid,
-    Rosenbrock,
     RosenauHyman,
+    Rosenbrock,
     Simulation,
 )
 
@@ -24,24 +24,24 @@ FOURTH, WIDE = ConservativeScheme(order=4), CompactScheme("wide")
 
 
 def loose() -> Known:
-    """n = 3 at the tolerances 1e-2 and 1e-3, so that the error of time is larger than that of the grid."""
+    """A wave of n = 3 at the tolerances 1e-2 and 1e-3, so that the error of time is larger than that of the grid."""
     return of_free_waves(_cubic(integrator=CVODE(rtol=1e-3)), Family(schemes=(FOURTH, WIDE), tolerances=(1e-2, 1e-3)))
 
 
 def loose_hertz() -> Known:
-    """n = 3/2 at the tolerances 1e-2 and 1e-3 of IDA, whose error need not follow them."""
+    """A wave of n = 3/2 at the tolerances 1e-2 and 1e-3 of IDA, whose error need not follow them."""
     simulation = one(GranularCompacton(1.5), 40, 320, 10, scheme=FOURTH, integrator=IDA(rtol=1e-3))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE), tolerances=(1e-2, 1e-3)))
 
 
 def loose_rosenbrock() -> Known:
-    """n = 2 at the tolerances 1e-2 and 1e-3 of `Rosenbrock`."""
+    """A wave of n = 2 at the tolerances 1e-2 and 1e-3 of `Rosenbrock`."""
     simulation = one(GranularCompacton(2), 30, 320, 10, scheme=FOURTH, integrator=Rosenbrock(rtol=1e-3))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE), tolerances=(1e-2, 1e-3)))
 
 
 def coarse_absolute() -> Known:
-    """n = 2 with an absolute tolerance of 1e-2, which hides the relative one."""
+    """A wave of n = 2 with an absolute tolerance of 1e-2, which hides the relative one."""
     return of_free_waves(_quadratic(integrator=CVODE(rtol=1e-5, atol=1e-2)), Family(schemes=(FOURTH, WIDE)))
 
 
@@ -74,36 +74,39 @@ def near_fixed_viscosities() -> Known:
 
 
 def three_turns() -> Known:
-    """n = 2, three times round a ring that is little longer than the wave, at the default tolerances."""
+    """A wave of n = 2, three times round a ring that is little longer than the wave, at the default tolerances."""
     simulation = one(GranularCompacton(2), 14, 160, 42, scheme=FOURTH, frames=211, integrator=CVODE(rtol=1e-5))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE)))
 
 
 def three_turns_few_frames() -> Known:
-    """n = 3, three times round a ring that is seen ten times only, 1.1 rings apart."""
+    """A wave of n = 3, three times round a ring that is seen four times only, 1.1 rings apart."""
     simulation = one(GranularCompacton(3), 10, 160, 33, scheme=FOURTH, frames=4, integrator=CVODE(rtol=1e-5))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE)))
 
 
 def short_ring() -> Known:
-    """n = 3/2 in a ring of its own length, where nothing is clear of the wave."""
+    """A wave of n = 3/2 in a ring of its own length, where nothing is clear of the wave."""
     return of_free_waves(one(GranularCompacton(1.5), 15.75, 160, 6, scheme=FOURTH), Family(schemes=(FOURTH, WIDE)))
 
 
 def one_scheme() -> Known:
-    """n = 2 with no second scheme to compare with."""
+    """A wave of n = 2 with no second scheme to compare with."""
     return of_free_waves(_quadratic(), Family(schemes=(FOURTH,)))
 
 
 def relatives() -> Known:
-    """n = 2 by two members of one class of schemes, which share their faults."""
+    """A wave of n = 2 by two members of one class of schemes, which share their faults."""
     return of_free_waves(_quadratic(), Family(schemes=(ConservativeScheme(order=2), FOURTH)))
 
 
 def viscous() -> Known:
-    """n = 2 with viscosities fixed while h -> 0, and then to zero; the wave is worn down on its way."""
+    """A wave of n = 2 with viscosities fixed while h -> 0, and then to zero; the wave is worn down on its way."""
     family = Family(
-        sizes=(160, 320, 640), schemes=(FOURTH, CompactScheme("five_point")), viscosities=(4e-3, 2e-3, 1e-3), tolerances=(1e-4, 1e-5)
+        sizes=(160, 320, 640),
+        schemes=(FOURTH, CompactScheme("five_point")),
+        viscosities=(4e-3, 2e-3, 1e-3),
+        tolerances=(1e-4, 1e-5),
     )
     return of_free_waves(_quadratic(integrator=CVODE(rtol=1e-5)), family)
 
@@ -111,13 +114,16 @@ def viscous() -> Known:
 def viscous_cubic() -> Known:
     """The same for n = 3, where the error goes like a power of eps below 1."""
     family = Family(
-        sizes=(160, 320, 640), schemes=(FOURTH, CompactScheme("five_point")), viscosities=(4e-3, 2e-3, 1e-3), tolerances=(1e-4, 1e-5)
+        sizes=(160, 320, 640),
+        schemes=(FOURTH, CompactScheme("five_point")),
+        viscosities=(4e-3, 2e-3, 1e-3),
+        tolerances=(1e-4, 1e-5),
     )
     return of_free_waves(_cubic(integrator=CVODE(rtol=1e-5)), family)
 
 
 def dies_when_fine() -> Known:
-    """n = 2, given so few steps that the second scheme ends on coarse grids only."""
+    """A wave of n = 2, given so few steps that the second scheme ends on coarse grids only."""
     simulation = _quadratic(t_end=6, frames=7, integrator=CVODE(rtol=1e-5, max_steps=430))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE)))
 
