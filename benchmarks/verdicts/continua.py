@@ -34,22 +34,30 @@ DAMPED = (ConservativeScheme(order=4, viscosity_order=6), CompactScheme("five_po
 
 def hertz() -> Known:
     """One compacton of n = 3/2, whose edge is smooth."""
-    return of_free_waves(one(GranularCompacton(1.5), 40, 320, 4, scheme=UNDAMPED[0]), Family(schemes=UNDAMPED))
+    return of_free_waves(
+        one(GranularCompacton(1.5), 40, 320, 4, scheme=UNDAMPED[0], integrator=CVODE(rtol=1e-4)), Family(schemes=UNDAMPED)
+    )
 
 
 def quadratic() -> Known:
     """One compacton of n = 2."""
-    return of_free_waves(one(GranularCompacton(2), 30, 320, 4, scheme=UNDAMPED[0]), Family(schemes=UNDAMPED))
+    return of_free_waves(
+        one(GranularCompacton(2), 30, 320, 4, scheme=UNDAMPED[0], integrator=CVODE(rtol=1e-4)), Family(schemes=UNDAMPED)
+    )
 
 
 def rational() -> Known:
     """One compacton of n = 7/3, neither of the exponents with code of their own."""
-    return of_free_waves(one(GranularCompacton(7 / 3), 30, 320, 4, scheme=UNDAMPED[0]), Family(schemes=UNDAMPED))
+    return of_free_waves(
+        one(GranularCompacton(7 / 3), 30, 320, 4, scheme=UNDAMPED[0], integrator=CVODE(rtol=1e-4)), Family(schemes=UNDAMPED)
+    )
 
 
 def cubic() -> Known:
     """One compacton of n = 3, with a kink at its edge."""
-    return of_free_waves(one(GranularCompacton(3), 30, 400, 4, scheme=UNDAMPED[0]), Family(schemes=UNDAMPED))
+    return of_free_waves(
+        one(GranularCompacton(3), 30, 400, 4, scheme=UNDAMPED[0], integrator=CVODE(rtol=1e-4)), Family(schemes=UNDAMPED)
+    )
 
 
 def cusp() -> Known:

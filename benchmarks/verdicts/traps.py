@@ -74,20 +74,22 @@ def near_fixed_viscosities() -> Known:
 
 
 def three_turns() -> Known:
-    """A wave of n = 2, three times round a ring that is little longer than the wave, at the default tolerances."""
-    simulation = one(GranularCompacton(2), 14, 160, 42, scheme=FOURTH, frames=211, integrator=CVODE(rtol=1e-5))
+    """A wave of n = 2, three times round a ring that is little longer than the wave, at the tolerances 1e-3 and 1e-4."""
+    simulation = one(GranularCompacton(2), 14, 128, 42, scheme=FOURTH, frames=211, integrator=CVODE(rtol=1e-4))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE)))
 
 
 def three_turns_few_frames() -> Known:
     """A wave of n = 3, three times round a ring that is seen four times only, 1.1 rings apart."""
-    simulation = one(GranularCompacton(3), 10, 160, 33, scheme=FOURTH, frames=4, integrator=CVODE(rtol=1e-5))
+    simulation = one(GranularCompacton(3), 10, 128, 33, scheme=FOURTH, frames=4, integrator=CVODE(rtol=1e-4))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE)))
 
 
 def short_ring() -> Known:
     """A wave of n = 3/2 in a ring of its own length, where nothing is clear of the wave."""
-    return of_free_waves(one(GranularCompacton(1.5), 15.75, 160, 6, scheme=FOURTH), Family(schemes=(FOURTH, WIDE)))
+    return of_free_waves(
+        one(GranularCompacton(1.5), 15.75, 160, 6, scheme=FOURTH, integrator=CVODE(rtol=1e-4)), Family(schemes=(FOURTH, WIDE))
+    )
 
 
 def one_scheme() -> Known:
@@ -124,7 +126,7 @@ def viscous_cubic() -> Known:
 
 def dies_when_fine() -> Known:
     """A wave of n = 2, given so few steps that the second scheme ends on coarse grids only."""
-    simulation = _quadratic(t_end=6, frames=7, integrator=CVODE(rtol=1e-5, max_steps=430))
+    simulation = _quadratic(t_end=6, frames=7, integrator=CVODE(rtol=1e-4, max_steps=950))
     return of_free_waves(simulation, Family(schemes=(FOURTH, WIDE)))
 
 
@@ -132,7 +134,9 @@ def touching() -> Known:
     """Two compactons of n = 2 and one speed whose supports touch."""
     width = GranularCompacton(2).compacton(1.0).width
     waves = [Compacton(1, 8), Compacton(1, 8 + width * (1 + 1e-9))]
-    simulation = Simulation(GranularCompacton(2), Grid(40, 320), waves, t_end=4, frames=31, scheme=FOURTH, integrator=CVODE())
+    simulation = Simulation(
+        GranularCompacton(2), Grid(40, 320), waves, t_end=4, frames=31, scheme=FOURTH, integrator=CVODE(rtol=1e-4)
+    )
     family = Family(schemes=(FOURTH, WIDE))
     truths = {name: truth for name, truth in free_waves(simulation, family).items() if not name.endswith("left")}
     return Known(simulation, family, truths)
@@ -146,11 +150,11 @@ def before_they_meet() -> Known:
 
 
 def _quadratic(t_end: float = 4, **settings: object) -> Simulation:
-    return one(GranularCompacton(2), 30, 320, t_end, **({"scheme": FOURTH, "integrator": CVODE()} | settings))
+    return one(GranularCompacton(2), 30, 320, t_end, **({"scheme": FOURTH, "integrator": CVODE(rtol=1e-4)} | settings))
 
 
 def _cubic(t_end: float = 4, **settings: object) -> Simulation:
-    return one(GranularCompacton(3), 30, 400, t_end, **({"scheme": FOURTH, "integrator": CVODE()} | settings))
+    return one(GranularCompacton(3), 30, 320, t_end, **({"scheme": FOURTH, "integrator": CVODE(rtol=1e-4)} | settings))
 
 
 FAMILIES: tuple[Callable[[], Known], ...] = (
