@@ -54,13 +54,14 @@ def _chain(
 ) -> Known:
     """Mass and momentum left are not compared: tails that reach beyond what counts as the wave are no error."""
     family = family or Family()
+    chosen: dict[str, Any] = {"frames": 61, "integrator": Symplectic(step=0.1)} | settings
     simulation = Simulation(
         GranularChain(law),
         Lattice(size),
         [SolitaryWave(speed, center=size / 3 + 0.3)],
         t_end,
         scheme=NearestNeighbours(),
-        **({"frames": 61, "integrator": Symplectic(step=0.1)} | settings),
+        **chosen,
     )
     truths = {quantity: truth for quantity, truth in free_waves(simulation, family).items() if not quantity.endswith("left")}
     return Known(simulation, family, truths)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from benchmarks.verdicts.known import Known, free_waves, of_free_waves, one
 from mol_compactons import (
@@ -149,12 +150,14 @@ def before_they_meet() -> Known:
     return of_free_waves(simulation, Family(schemes=(replace(FOURTH, viscosity_order=6), WIDE), grid_viscosities=(0.02, 0.01)))
 
 
-def _quadratic(t_end: float = 4, **settings: object) -> Simulation:
-    return one(GranularCompacton(2), 30, 320, t_end, **({"scheme": FOURTH, "integrator": CVODE(rtol=1e-4)} | settings))
+def _quadratic(t_end: float = 4, **settings: Any) -> Simulation:
+    settings = {"scheme": FOURTH, "integrator": CVODE(rtol=1e-4)} | settings
+    return one(GranularCompacton(2), 30, 320, t_end, **settings)
 
 
-def _cubic(t_end: float = 4, **settings: object) -> Simulation:
-    return one(GranularCompacton(3), 30, 320, t_end, **({"scheme": FOURTH, "integrator": CVODE(rtol=1e-4)} | settings))
+def _cubic(t_end: float = 4, **settings: Any) -> Simulation:
+    settings = {"scheme": FOURTH, "integrator": CVODE(rtol=1e-4)} | settings
+    return one(GranularCompacton(3), 30, 320, t_end, **settings)
 
 
 FAMILIES: tuple[Callable[[], Known], ...] = (
