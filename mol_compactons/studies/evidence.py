@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.settling import remaining
-from mol_compactons.studies.extrapolation import WIDE_SAFETY, Extrapolation, distance, extrapolate
+from mol_compactons.studies.extrapolation import WIDE_SAFETY, Extrapolation, distance, extrapolate, rest_of_changes
 from mol_compactons.studies.family import CONSERVATIVE, INVISCID, Member
 from mol_compactons.studies.outcome import LARGEST_VALUES, Course, Outcome
 
@@ -133,16 +133,16 @@ def _not_extrapolated(
 ) -> dict[float, Extrapolation]:
     """The values on the finest grid, which is all that is known of the largest of many.
 
-    Their error is no less than three times the last change, half of the change before it, for two may agree by chance, and
-    the range of all on the two finest grids.
+    Their error is what the changes leave open that no rate is known of, and no less than the range of all on the two finest
+    grids.
     """
     finest = sorted({outcome.member.size for outcome in precise})[-2:]
     spread = float(np.ptp([outcome.values[quantity] for outcome in precise if outcome.member.size in finest]))
     bare = {}
     for viscosity, one in limits.items():
-        values = [outcome.values[quantity] for outcome in _ladder(precise, viscosity)][-3:]
-        changes = [distance(fine, coarse) for coarse, fine in pairwise(values)]
-        error = max(spread, WIDE_SAFETY * _last_change(changes)) if changes else np.inf
+        ladder = _ladder(precise, viscosity)
+        values = [outcome.values[quantity] for outcome in ladder]
+        error = max(spread, rest_of_changes([outcome.member.simulation.grid.spacing for outcome in ladder], values))
         bare[viscosity] = Extrapolation(values[-1], error, np.nan, one.shrinking)
     return bare
 
@@ -181,7 +181,7 @@ def _without_viscosity(
         return space.limit, part * distance(space.limit, limits[larger].limit), [], []
     values = [one.limit for one in limits.values()]
     if not smooth:
-        return values[-1], WIDE_SAFETY * _last_change([distance(a, b) for a, b in pairwise(values)]), [], []
+        return values[-1], rest_of_changes(list(limits), values), [], []
     found = _extrapolate_viscosity(list(limits), values)
     return found.limit, found.error, [] if found.shrinking else ["the differences between the viscosities do not shrink"], []
 

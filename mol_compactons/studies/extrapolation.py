@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,8 @@ def extrapolate(
     cautious_order : float
         The error is not taken for smaller than it is with this power.
     floor : float
-        Differences up to this are noise of another origin, which need not shrink.
+        Differences up to this are noise of another origin, which need not shrink. Parameters that are close to each other
+        may hide an error in it that is many times as large.
 
     Returns
     -------
@@ -87,7 +89,8 @@ def extrapolate(
         return Extrapolation(last, wide * fine, np.nan, shrinking=False)
     coarse = distance(values[-2], values[-3])
     if max(coarse, fine) <= floor:
-        return Extrapolation(last, SAFETY * max(coarse, fine), np.nan, shrinking=True)
+        hidden = wide * floor if wide > WIDE_SAFETY else SAFETY * max(coarse, fine)
+        return Extrapolation(last, hidden, np.nan, shrinking=True)
     aligned = float(np.sum((values[-1] - values[-2]) * (values[-2] - values[-3]))) > 0
     rate = _rate(parameters[-3:], coarse / fine) if fine else np.nan
     if aligned and LOWEST_RATE <= rate <= MARGIN * order:
@@ -96,6 +99,39 @@ def extrapolate(
         return Extrapolation(limit, SAFETY * fine / (ratio ** min(rate, cautious_order) - 1), rate, shrinking=True)
     shrinking = fine < 0.8 * coarse
     return Extrapolation(last, wide * max(coarse, fine), rate if shrinking else np.nan, shrinking)
+
+
+def rest_of_changes(parameters: Sequence[float], values: Sequence[Array]) -> float:
+    """How far the last of a few values may be from the limit if they are no smooth function of the parameter.
+
+    The last change, or half of the one before it, if that is more: what need not shrink may agree by chance. And this times
+    what is left of a change that dies like the parameter to the power `LOWEST_RATE`: about three if the parameter is halved,
+    and many times as much if parameters are close to each other, which show only a small part of the error.
+
+    Parameters
+    ----------
+    parameters : sequence of float
+        Descending; the last one may be zero, where nothing is left beyond the last change.
+    values : sequence of array
+        One value, or profile, for each.
+
+    Returns
+    -------
+    float
+        Infinite for a single value.
+
+    Examples
+    --------
+    >>> values = [np.array(h**0.4) for h in (0.4, 0.2, 0.1)]
+    >>> print(f"{rest_of_changes([0.4, 0.2, 0.1], values):.4f}, the truth is {0.1**0.4:.4f} away")
+    0.3981, the truth is 0.3981 away
+    """
+    changes = [distance(fine, coarse) for coarse, fine in pairwise(values)]
+    if not changes:
+        return np.inf
+    change = max([changes[-1], *(0.5 * change for change in changes[-2:-1])])
+    left = 1.0 if parameters[-1] == 0 else 1 / ((parameters[-2] / parameters[-1]) ** LOWEST_RATE - 1)
+    return max(WIDE_SAFETY, left) * change
 
 
 def distance(a: Array, b: Array) -> float:

@@ -80,6 +80,7 @@ def test_a_speed_that_does_not_belong_to_the_height_is_a_change_to_come() -> Non
     """The speed is that of a wave lower by a tenth for all times, as if it were settled."""
     tracks = Relaxing(t_end=120).tracks(COLLISION.to_json())
     tracks["height"][:, 1] *= 1.1
+    tracks = tracks.assign(residual=0 * tracks.height, family_speed=tracks.speed * xr.DataArray([1.0, 1.1], dims="wave"))
     tree = judge(study(lambda member: 0.0, Family(schemes=BOTH), tracks=lambda member: tracks, simulation=COLLISION))
     row = rows(tree).sel(quantity="speed 1 after")
     assert float(row.settling) == pytest.approx(0.025, rel=1e-3)
@@ -192,7 +193,7 @@ def test_a_largest_value_is_not_extrapolated() -> None:
     heights = {100: 0.03, 200: 0.02, 400: 0.01}
     tree = judge(study(lambda m: 0.0, Family(schemes=BOTH), tracks=lambda m: ripple(m, heights, 0.004), simulation=COLLISION))
     row = rows(tree).sel(quantity="height left")
-    assert float(row.space) == pytest.approx(0.03)
+    assert float(row.space) == pytest.approx(0.01 / (2**0.4 - 1))
     assert float(row.scheme) == pytest.approx(0.004)
     assert float(row.value) == pytest.approx(0.024)
     smooth = rows(tree).sel(quantity="mass left")
@@ -224,7 +225,25 @@ def test_a_largest_value_is_not_extrapolated_in_the_viscosity_either() -> None:
     family = Family(schemes=BOTH, viscosities=tuple(heights))
     row = rows(judge(study(lambda m: 0.0, family, tracks=tracks, simulation=COLLISION)), "viscous").sel(quantity="height left")
     assert float(row.value) == pytest.approx(0.03)
-    assert float(row.viscosity) == pytest.approx(3 * 0.004)
+    assert float(row.viscosity) == pytest.approx(0.004 / (2**0.4 - 1))
+
+
+@pytest.mark.parametrize("ratio", [2.0, 1.1, 1.01])
+def test_viscosities_close_to_each_other_show_a_part_of_a_ripple(ratio: float) -> None:
+    def tracks(member: Member) -> xr.Dataset:
+        return ripple(member, dict.fromkeys((100, 200, 400), 0.1 * member.viscosity))
+
+    family = Family(schemes=BOTH, viscosities=(0.1 * ratio, 0.1))
+    row = rows(judge(study(lambda m: 0.0, family, tracks=tracks, simulation=COLLISION)), "viscous").sel(quantity="height left")
+    assert float(row.viscosity) >= 0.01
+
+
+@pytest.mark.parametrize("sizes", [(100, 200, 400), (380, 390, 400), (150, 152, 154)])
+def test_grids_close_to_each_other_show_a_part_of_a_ripple(sizes: tuple[int, ...]) -> None:
+    heights = {points: 0.02 * (100 / points) ** 0.5 for points in sizes}
+    family = Family(sizes=sizes, schemes=BOTH)
+    row = rows(judge(study(lambda m: 0.0, family, tracks=lambda m: ripple(m, heights), simulation=COLLISION)))
+    assert float(row.sel(quantity="height left").space) >= heights[sizes[-1]]
 
 
 def test_the_range_of_a_largest_value_in_its_window_counts() -> None:
