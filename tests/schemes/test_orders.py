@@ -12,7 +12,16 @@ from benchmarks.orders import (
     periodic_wave_error,
     short,
 )
-from mol_compactons import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, GranularCompacton, Grid, Nesterenko, Scheme
+from mol_compactons import (
+    CentralScheme,
+    CompactScheme,
+    ConservativeScheme,
+    FourierScheme,
+    GranularCompacton,
+    Grid,
+    Nesterenko,
+    Scheme,
+)
 
 FINITE = [scheme for scheme, order in FORMAL_ORDERS.items() if np.isfinite(order)]
 EXPONENTS = (1.5, 2.0, 3.0, 4.2)
