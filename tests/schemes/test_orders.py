@@ -44,6 +44,11 @@ def test_on_a_manufactured_wave(scheme: AnyScheme, n: float) -> None:
     assert rate == pytest.approx(FORMAL_ORDERS[scheme], abs=0.2)
 
 
+def test_the_order_that_a_scheme_states_is_the_one_that_it_has() -> None:
+    assert [scheme.formal_order for scheme in FINITE] == [FORMAL_ORDERS[scheme] for scheme in FINITE]
+    assert [CentralScheme(order).formal_order for order in (2, 4, 6)] == [2, 4, 6]
+
+
 def test_the_fourier_error_falls_exponentially() -> None:
     """Doubling N divides the error by 200 or more, where the sixth order divides it by 64, down to the error of time."""
     errors = [periodic_wave_error(FourierScheme(), size, t_end=0.05) for size in (16, 32, 64)]
