@@ -70,7 +70,7 @@ def test_the_default_viscosity_goes_with_the_speed_of_the_waves(
     """A wave of twice the speed on the same grid has half the time, and dies as much on its way."""
     schemes = [kind.default_for(equation, GRID, speed) for speed in (1.0, 4.0)]
     slow, fast = (scheme.viscosities for scheme in schemes if scheme is not None)
-    assert slow == (0, pytest.approx(unit or default_viscosity(False, GRID.spacing)))
+    assert slow == pytest.approx((0, unit or default_viscosity(False, GRID.spacing)))
     assert fast == pytest.approx((0, 4 * slow[1]))
     assert [getattr(scheme, "viscosity_order", None) for scheme in schemes] == [6, 6]
 
