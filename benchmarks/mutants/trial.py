@@ -181,7 +181,7 @@ class Workshop:
     def users(self, file: str) -> Collection[str]:
         """The modules that import a module."""
         name = module_name(file)
-        return [other for other, source in self.sources.items() if name in imports(source)]
+        return [other for other, names in self.imports.items() if name in names]
 
     def dependents(self, file: str) -> set[str]:
         """The modules that import a module, or one that imports it, and so on; and the module."""
@@ -199,6 +199,11 @@ class Workshop:
         """The sources of the package, each by its file relative to the root."""
         paths = sorted((self.tree / PACKAGE).rglob("*.py"))
         return {path.relative_to(self.tree).as_posix(): path.read_text(encoding="utf-8") for path in paths}
+
+    @cached_property
+    def imports(self) -> dict[str, set[str]]:
+        """What each file of the package imports."""
+        return {file: imports(source) for file, source in self.sources.items()}
 
     def kernels_without(self, file: str) -> Path:
         """A copy of the compiled kernels without those that may have a part of this module compiled into them.
