@@ -172,14 +172,23 @@ def test_near_and_quick_tests_come_first(tmp_path: Path) -> None:
         KnownTest("tests/a/test_b.py::slow", 2.0, lines),
         KnownTest("tests/a/test_b.py::quick", 1.0, lines),
         KnownTest("tests/a/test_b.py::elsewhere", 0.0, {"mol_compactons/a/b.py": frozenset({4})}),
+        KnownTest("tests/a/test_b.py::apart", 3.0, {}, starts_processes=True),
+        KnownTest("tests/a/test_c.py::apart", 3.0, {}, starts_processes=True),
     ]
     shop = Workshop(tmp_path, tmp_path, tmp_path)
     shop.__dict__["tests"] = tests
     fault = Fault("a sign", 0, 1, "", (7, 8), "line")
     names = [[test.name.partition("::")[2] for test in stage] for stage in shop.stages("mol_compactons/a/b.py", fault, 60)]
-    assert names == [["quick", "slow"], ["beside", "far"]]
+    assert names == [["quick", "slow", "apart"], ["beside", "far"]]
     assert [test.seconds for test in within(6.0, tests)] == [0.1, 5.0, 2.0]
     assert own_tests("mol_compactons/a/b.py") == "tests/a/test_b.py"
+
+
+def test_tests_that_cannot_be_recorded_are_named(small_repository: Path, tmp_path: Path) -> None:
+    """Or all that they would notice would count as not noticed."""
+    (small_repository / "tests/test_broken.py").write_text("import nothing_of_this_name\n")
+    with pytest.raises(RuntimeError, match=r"tests/test_broken\.py, tests/test_counting\.py reach could not be recorded"):
+        Workshop(small_repository, tmp_path / "shop", tmp_path / "records").prepare()
 
 
 def test_a_copy_keeps_the_times_of_what_stays_the_same(tmp_path: Path) -> None:

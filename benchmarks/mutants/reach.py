@@ -27,11 +27,15 @@ PACKAGE = "mol_compactons"
 
 @dataclass(frozen=True)
 class KnownTest:
-    """A test that passes without a fault: its name, the seconds of processor time it took, and the lines of each file."""
+    """A test that passes without a fault: its name, the seconds of processor time it took, and the lines of each file.
+
+    Of one that starts processes of its own the lines that these reach are not known.
+    """
 
     name: str
     seconds: float
     lines: dict[str, frozenset[int]] = field(repr=False)
+    starts_processes: bool = False
 
     @property
     def file(self) -> str:
@@ -39,9 +43,14 @@ class KnownTest:
         return self.name.partition("::")[0]
 
 
-def processor_time() -> float:
-    """The seconds that this process and its finished children have computed."""
-    return sum(os.times()[:4])
+CHILD = 0.2
+"""Seconds of processor time: what starts an interpreter takes more."""
+
+
+def processor_times() -> tuple[float, float]:
+    """The seconds that this process and its finished children have computed, each."""
+    own, of_system, children, of_system_for_children, _ = os.times()
+    return own + of_system, children + of_system_for_children
 
 
 class Recorder:
@@ -50,7 +59,7 @@ class Recorder:
     def __init__(self, folder: Path, root: Path) -> None:
         self.folder, self.root = folder, root
         self.coverage = Coverage(source_pkgs=[PACKAGE], data_file=None, config_file=False, messages=False)
-        self.seconds: dict[str, float] = {}
+        self.seconds: dict[str, tuple[float, float]] = {}
         self.passed: dict[str, bool] = {}
 
     def pytest_collection_finish(self) -> None:
@@ -61,9 +70,10 @@ class Recorder:
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, Any, Any]:
         """Give the test its context, and time it."""
         self.coverage.switch_context(item.nodeid)
-        begin = processor_time()
+        own, children = processor_times()
         result = yield
-        self.seconds[item.nodeid] = processor_time() - begin
+        own_later, children_later = processor_times()
+        self.seconds[item.nodeid] = own_later - own, children_later - children
         return result
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -76,11 +86,11 @@ class Recorder:
         self.coverage.stop()
         lines = self.lines()
         files: dict[str, dict[str, object]] = defaultdict(dict)
-        for name, seconds in self.seconds.items():
+        for name, (own, children) in self.seconds.items():
             tests = files[name.partition("::")[0]]
             if self.passed.get(name):
                 reached = {file: sorted(numbers) for file, numbers in lines[name].items()}
-                tests[name] = {"seconds": round(seconds, 3), "lines": reached}
+                tests[name] = {"seconds": round(own + children, 3), "starts_processes": children > CHILD, "lines": reached}
         package = package_mark(self.root)
         for file, tests in files.items():
             record = {"package": package, "file": mark(self.root / file), "tests": tests}
@@ -112,8 +122,8 @@ def mark(*paths: Path) -> str:
 
 
 def package_mark(root: Path) -> str:
-    """What changes when any line of the package may have moved."""
-    return mark(*sorted((root / PACKAGE).rglob("*.py")))
+    """What changes when any line of the package may have moved, or what is recorded has changed."""
+    return mark(Path(__file__), *sorted((root / PACKAGE).rglob("*.py")))
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -150,4 +160,4 @@ def read(folder: Path, root: Path) -> Iterator[KnownTest]:
         tests = json.loads(path.read_text())["tests"] if path.is_file() else {}
         for name, entry in tests.items():
             lines = {where: frozenset(numbers) for where, numbers in entry["lines"].items()}
-            yield KnownTest(name, entry["seconds"], lines)
+            yield KnownTest(name, entry["seconds"], lines, entry["starts_processes"])

@@ -74,7 +74,9 @@ class Workshop:
             rooms.setdefault(str(Path(file).parent), []).append(file)
         for room, files in rooms.items():
             print(f"recording what the tests in {room} reach", flush=True)
-            self.pytest(files, self.kernels, {reach.FOLDER: str(self.records)})
+            _, printed = self.pytest(files, self.kernels, {reach.FOLDER: str(self.records)})
+            if missing := sorted(set(files) & set(reach.outdated(self.records, self.tree))):
+                raise RuntimeError(f"What {', '.join(missing)} reach could not be recorded:\n{printed}")
 
     @cached_property
     def tests(self) -> list[KnownTest]:
@@ -171,7 +173,12 @@ class Workshop:
         yield within(patience, sorted(others, key=lambda test: (str(Path(test.file).parent) != room, test.seconds)))
 
     def reaches(self, test: KnownTest, file: str, fault: Fault) -> bool:
-        """Whether a test runs the line of a fault; of a line that no tracer sees, whether it runs the modules that use it."""
+        """Whether a test runs the line of a fault; of a line that no tracer sees, whether it runs the modules that use it.
+
+        What runs in processes of their own is seen by no tracer either: such a test is counted for its own module.
+        """
+        if test.starts_processes and test.file == own_tests(file):
+            return True
         if fault.scope == "line":
             first, last = fault.lines
             return not test.lines.get(file, frozenset()).isdisjoint(range(first, last + 1))
