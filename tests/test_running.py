@@ -3,7 +3,9 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +66,38 @@ def test_methods_of_fixed_steps_report_on_their_way() -> None:
         assert times == sorted(times)
         assert {0, 2, 4} <= set(times)
         assert any(0 < t < 2 for t in times) == between
+
+
+@pytest.mark.parametrize("integrator", [IDA(), CVODE(), Rosenbrock()])
+def test_methods_that_choose_their_steps_report_as_the_clock_goes(
+    integrator: IDA | CVODE | Rosenbrock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While it stands, the output times and no others; where it moves on at each look, every second step or so."""
+    simulation = replace(one_compacton(), scheme=ConservativeScheme(), integrator=integrator)
+    times: list[float] = []
+    monkeypatch.setattr(time, "monotonic", lambda: 100.0)
+    run(simulation, report=times.append)
+    assert set(times) <= {0.0, 0.5, 1.0}
+    times.clear()
+    clock = count()
+    monkeypatch.setattr(time, "monotonic", lambda: 0.15 * next(clock))
+    steps = run(simulation, report=times.append).attrs["solver_steps"]
+    assert len(set(times)) > steps / 4 > 3
+    assert times == sorted(times)
+
+
+@pytest.mark.parametrize("integrator", [IDA(), CVODE(linear_solver="sparse"), Rosenbrock(), Midpoint(step=0.1)])
+def test_a_run_leaves_what_is_printed_and_the_open_files_as_they_were(
+    integrator: Integrator, capfd: pytest.CaptureFixture[str]
+) -> None:
+    simulation = replace(one_compacton(), scheme=ConservativeScheme(), integrator=integrator)
+    run(simulation)
+    before = os.fstat(1), os.fstat(2), len(list(Path("/proc/self/fd").iterdir()))
+    run(simulation)
+    assert (os.fstat(1), os.fstat(2), len(list(Path("/proc/self/fd").iterdir()))) == before
+    capfd.readouterr()
+    os.write(2, b"heard")
+    assert capfd.readouterr() == ("", "heard")
 
 
 def test_the_first_frame_is_the_exact_wave_and_all_frames_have_their_times() -> None:
