@@ -2,7 +2,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mol_compactons import (
     CentralScheme,
@@ -170,3 +172,15 @@ def test_what_a_scheme_does_not_say_has_a_default() -> None:
     assert Least().label == f"{__name__}:Least()"
     assert Least.default_for(GranularCompacton(2), GRID, 1.0) == Least()
     assert Least.as_check_of(ConservativeScheme(), GranularCompacton(2), GRID) == (0.0, Least())
+
+
+@pytest.mark.parametrize("scheme", [CompactScheme(), CentralScheme()])
+def test_what_an_equation_adds_along_t_is_that_of_the_state_and_the_spacing(scheme: Scheme) -> None:
+    @dataclass(frozen=True)
+    class WithAMoment(GranularCompacton):
+        def diagnostics(self, state: NDArray[np.float64], spacing: float) -> dict[str, float]:
+            return {"moment": spacing * float((state[0] ** 4).sum())}
+
+    state = np.linspace(0, 1, GRID.size)[None]
+    found = scheme.discretize(WithAMoment(3), GRID).diagnostics(state)
+    assert found == {"moment": pytest.approx(0.3 * (np.linspace(0, 1, 100) ** 4).sum())}
