@@ -94,6 +94,13 @@ def test_the_seed_chooses() -> None:
     assert {one.file for one in chosen} == {"mol_compactons/grid.py", "mol_compactons/errors.py"}
 
 
+def test_faults_of_lines_that_read_alike_are_told_apart() -> None:
+    source = "def f(a: float, b: float) -> float:\n    if a > b:\n        return a - b\n    return a - b\n"
+    found = [command.mutant("f.py", source, fault) for fault in find_faults(source) if fault.kind == "an operator"]
+    assert [one.line for one in found] == [3, 4]
+    assert len({one.key for one in found}) == len({one.key[:1] + one.key[2:] for one in found}) + 1
+
+
 def test_what_differs_is_shown() -> None:
     source = "def f(a: float) -> float:\n    if a < 0:\n        raise ValueError\n    return a\n"
     shown = {

@@ -52,9 +52,9 @@ class Mutant:
     after: str
 
     @property
-    def key(self) -> tuple[str, str, str, str]:
-        """What stays the same when other lines move."""
-        return self.file, self.fault.kind, self.before, self.after
+    def key(self) -> tuple[str, ...]:
+        """What tells it from all others."""
+        return self.file, str(self.line), self.fault.kind, self.before, self.after
 
     def difference(self) -> str:
         """The lines that differ, as a patch shows them."""
@@ -115,9 +115,9 @@ class Ledger:
         return None if row is None else Verdict(row["outcome"], row["test"])
 
 
-def key_of(row: dict[str, str]) -> tuple[str, str, str, str]:
-    """What stays the same when other lines move."""
-    return row["file"], row["kind"], row["before"], row["after"]
+def key_of(row: dict[str, str]) -> tuple[str, ...]:
+    """The key of the fault of a row."""
+    return tuple(row[name] for name in FIELDS[:5])
 
 
 def reasons() -> dict[tuple[str, str, str], str]:
