@@ -1,8 +1,9 @@
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import FrozenInstanceError, dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import FrozenInstanceError, dataclass, field, is_dataclass, replace
 from fractions import Fraction
+from inspect import isabstract
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,33 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mol_compactons import InputError, Simulation, Uniform, Wave
+from mol_compactons import (
+    ChainCompacton,
+    Compacton,
+    CustomEquation,
+    Formula,
+    GranularChain,
+    GranularCompacton,
+    Grid,
+    Impact,
+    InputError,
+    Lattice,
+    Nesterenko,
+    PeriodicWave,
+    PowerContact,
+    PowerLaw,
+    PowerLawEquation,
+    Ripple,
+    RosenauHyman,
+    Samples,
+    ScalingMap,
+    Simulation,
+    SolitaryWave,
+    Uniform,
+    Wave,
+)
 from mol_compactons.configuration import FrozenMapping, Settings, decode, describe, did_you_mean, encode, hints_of
+from mol_compactons.equations.flux import Flux
 from tests.systems import one_compacton
 from tests.trees import Leaf, Other, Tree
 
@@ -136,3 +162,56 @@ def test_the_nearest_name_is_suggested_and_else_all() -> None:
 def test_hints_are_those_of_the_fields_alone() -> None:
     assert list(hints_of(Leaf)) == ["number", "count", "mode"]
     assert hints_of(Leaf)["number"] is float
+
+
+EXAMPLES: list[Settings] = [
+    Grid(30, 100),
+    Lattice(40),
+    PowerLaw(1, 2),
+    Flux((PowerLaw(1, 2),), PowerLaw(1, 0), PowerLaw(1, 1)),
+    GranularCompacton(3),
+    Nesterenko(3),
+    RosenauHyman(2, 2),
+    PowerLawEquation(PowerLaw(1, 2), PowerLaw(1, 0), PowerLaw(1, 1)),
+    ScalingMap(1.5),
+    CustomEquation("u**2"),
+    GranularChain(PowerContact(1.5)),
+    PowerContact(1.5),
+    Uniform(1),
+    Ripple(1, 2),
+    Compacton(1, 2),
+    ChainCompacton(1, 2),
+    SolitaryWave(1, 2),
+    Impact(1),
+    Samples((1, 2, 3)),
+    Formula("x"),
+    PeriodicWave(1, 1.2),
+    one_compacton(),
+]
+"""Of the classes that have no default for all of their fields."""
+
+
+def kinds(base: type[Any] = Settings) -> Iterator[type[Any]]:
+    """Every class of the package that holds settings and can be made."""
+    for cls in base.__subclasses__():
+        if (
+            cls.__module__.startswith("mol_compactons.")
+            and is_dataclass(cls)
+            and not isabstract(cls)
+            and cls.__name__[0] != "_"
+        ):
+            yield cls
+        yield from kinds(cls)
+
+
+@pytest.mark.parametrize("cls", dict.fromkeys(kinds()))
+def test_every_field_of_every_class_refuses_what_it_cannot_hold(cls: Any) -> None:
+    """What is of no type that it knows, and a number that is none."""
+    part: Any = next((example for example in EXAMPLES if type(example) is cls), None) or cls()
+    for name, hint in hints_of(cls).items():
+        with pytest.raises(InputError, match=rf"^{cls.__name__}\.{name} = .* must be "):
+            replace(part, **{name: object()})
+        if hint is float:
+            with pytest.raises(InputError, match=rf"^{cls.__name__}\.{name} = nan must be finite"):
+                replace(part, **{name: float("nan")})
+            assert isinstance(getattr(part, name), float)

@@ -3,15 +3,30 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from mol_compactons import GaussLegendre, IntegrationError, Midpoint, Rosenbrock, Simulation, run
-from mol_compactons.integrators import IDA, Integrator
+from mol_compactons import (
+    ConservativeScheme,
+    GaussLegendre,
+    GranularChain,
+    IntegrationError,
+    Lattice,
+    Midpoint,
+    PowerContact,
+    Rosenbrock,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
+from mol_compactons.integrators import CVODE, IDA, Integrator
 from mol_compactons.integrators.base import no_report
 from mol_compactons.running import stopping_on_signals
 from tests.systems import one_compacton
@@ -31,11 +46,58 @@ def test_a_result_is_a_scenario_and_repeats_itself_bit_for_bit(tmp_path: Path) -
         xr.testing.assert_identical(again.drop_attrs(), first.load().drop_attrs())
 
 
-def test_the_report_ends_at_the_end() -> None:
+@pytest.mark.parametrize("integrator", [IDA(), CVODE(), Rosenbrock(), Midpoint(step=0.05)])
+def test_the_report_begins_at_the_beginning_rises_and_ends_at_the_end(integrator: IDA | CVODE | Rosenbrock | Midpoint) -> None:
     times: list[float] = []
-    run(one_compacton(), report=times.append)
+    run(replace(one_compacton(), scheme=ConservativeScheme(), integrator=integrator), report=times.append)
     assert times == sorted(times)
-    assert times[-1] == 1.0
+    assert (times[0], times[-1]) == (0.0, 1.0)
+
+
+def test_methods_of_fixed_steps_report_on_their_way() -> None:
+    """`Midpoint` each step, `Symplectic` each output time and, on a long chain, some times between."""
+    times: list[float] = []
+    run(one_compacton(integrator=Midpoint(step=0.1), frames=2), report=times.append)
+    assert times == pytest.approx(np.linspace(0, 1, 11))
+    for size, between in ((60, False), (100_000, True)):
+        times.clear()
+        chain, wave = GranularChain(PowerContact(1.5)), SolitaryWave(1, 20)
+        run(Simulation(chain, Lattice(size), [wave], t_end=4, frames=3, integrator=Symplectic(0.02)), report=times.append)
+        assert times == sorted(times)
+        assert {0, 2, 4} <= set(times)
+        assert any(0 < t < 2 for t in times) == between
+
+
+@pytest.mark.parametrize("integrator", [IDA(), CVODE(), Rosenbrock()])
+def test_methods_that_choose_their_steps_report_as_the_clock_goes(
+    integrator: IDA | CVODE | Rosenbrock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """While it stands, the output times and no others; where it moves on at each look, every second step or so."""
+    simulation = replace(one_compacton(), scheme=ConservativeScheme(), integrator=integrator)
+    times: list[float] = []
+    monkeypatch.setattr(time, "monotonic", lambda: 100.0)
+    run(simulation, report=times.append)
+    assert set(times) <= {0.0, 0.5, 1.0}
+    times.clear()
+    clock = count()
+    monkeypatch.setattr(time, "monotonic", lambda: 0.15 * next(clock))
+    steps = run(simulation, report=times.append).attrs["solver_steps"]
+    assert len(set(times)) > steps / 4 > 3
+    assert times == sorted(times)
+
+
+@pytest.mark.parametrize("integrator", [IDA(), CVODE(linear_solver="sparse"), Rosenbrock(), Midpoint(step=0.1)])
+def test_a_run_leaves_what_is_printed_and_the_open_files_as_they_were(
+    integrator: Integrator, capfd: pytest.CaptureFixture[str]
+) -> None:
+    simulation = replace(one_compacton(), scheme=ConservativeScheme(), integrator=integrator)
+    run(simulation)
+    before = os.fstat(1), os.fstat(2), len(list(Path("/proc/self/fd").iterdir()))
+    run(simulation)
+    assert (os.fstat(1), os.fstat(2), len(list(Path("/proc/self/fd").iterdir()))) == before
+    capfd.readouterr()
+    os.write(2, b"heard")
+    assert capfd.readouterr() == ("", "heard")
 
 
 def test_the_first_frame_is_the_exact_wave_and_all_frames_have_their_times() -> None:

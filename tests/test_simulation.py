@@ -1,5 +1,5 @@
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from mol_compactons import (
     PowerContact,
     Samples,
     Simulation,
+    Uniform,
     run,
 )
 from mol_compactons.assignment import assign
@@ -121,3 +122,23 @@ def test_the_headline_is_made_from_the_settings() -> None:
 def test_no_title_of_a_scenario_repeats_a_setting(name: str) -> None:
     """A number in a title is that of a figure in the paper, or the title would be wrong after --set."""
     assert not re.search(r"\d", re.sub(r"\(Fig\. \d\w?\)", "", load(name).title))
+
+
+def test_an_equation_has_one_variable_for_each_component() -> None:
+    @dataclass(frozen=True)
+    class Several(GranularCompacton):
+        variables = ("W", "V")  # type: ignore[assignment]
+
+    with pytest.raises(InputError, match=r"Several\.variables = \('W', 'V'\) must be 1 for an equation with two_way = False"):
+        Simulation(Several(3), Grid(30, 100), [Compacton(1, 10)], t_end=1)
+
+
+def test_where_not_all_of_the_data_are_waves_the_speed_is_that_of_a_wave_as_high() -> None:
+    """A slow wave on a background three times as high as it: W = 3 + 1/2, and c = 2 W^2 / 4 for n = 3."""
+    slow, equation, grid = Compacton(0.125, 15), GranularCompacton(3), Grid(30, 100)
+    alone = Simulation(equation, grid, [slow], t_end=1)
+    lifted = Simulation(equation, grid, [slow, Uniform(3)], t_end=1)
+    height = float(lifted.initial_state().max())
+    assert height == pytest.approx(3.5, rel=1e-2)
+    ratio = lifted.scheme.viscosities[1] / alone.scheme.viscosities[1]
+    assert ratio == pytest.approx(height**2 / 2 / 0.125)

@@ -136,8 +136,47 @@ def test_ripples_at_the_scale_of_the_grid(sound: xr.Dataset) -> None:
     assert verdict_on(rippled, "ripples") == "doubtful"
 
 
-@pytest.mark.parametrize(("atol", "verdict"), [(1e-8, "agrees"), (1e-4, "doubtful"), (1.0, "contradicts")])
+def test_the_share_of_the_ripples_is_that_of_their_squares(sound: xr.Dataset) -> None:
+    """cos 3 a + cos 180 a / 10 on 400 points, of which the waves from 134 on are the shortest third: 1/100 in 1 + 1/100."""
+    by_hand, angle = sound.copy(deep=True), 2 * np.pi * np.arange(400) / 400
+    by_hand.W[0] = np.cos(3 * angle) + 0.01 * np.cos(134 * angle)
+    by_hand.W[-1] = np.cos(3 * angle) + 0.1 * np.cos(180 * angle) + 0.1 * np.cos(133 * angle)
+    (finding,) = of(check_up(by_hand), "ripples")
+    assert "holds 9.8e-03 of the squared field at the end, 1.0e-04 at first" in finding.sentence
+    assert finding.verdict == "doubtful"
+    by_hand.W[0] = by_hand.W[-1]
+    assert verdict_on(by_hand, "ripples") == "agrees"
+
+
+def test_the_sentences_hold_the_numbers(sound: xr.Dataset) -> None:
+    lossy = sound.copy(deep=True)
+    lossy["mass"] = lossy.mass * (1 + np.array([0.0, 2e-3, -3e-3, *[0.0] * 58]))
+    lossy.attrs["simulation"] = replace(SIMULATION, integrator=IDA(rtol=1e-6, atol=1e-4)).to_json()
+    told = {finding.check: finding.sentence for finding in check_up(lossy)}
+    assert "changes by 3.0e-03 of its first value" in told["mass"]
+    assert "61 frames to t = 18 of 18, complete" in told["status"]
+    width = GranularCompacton(n=2).compacton(1).width
+    assert f"the narrowest wave has {width / 0.1:.0f} points in its support" in told["grid"]
+    assert "the absolute one is 6.7e-05 of the lowest wave, the relative one is 1e-06" in told["tolerance"]
+    grid = Grid(length=20, size=200)
+    ramp = replace(SIMULATION, grid=grid, initial=[Samples(tuple(1 + grid.x / 20), tuple(grid.x))], t_end=0.01, frames=2)
+    (seam,) = of(check_up(run(ramp)), "seam")
+    assert "the data jump by 5.0e-01 of their size, elsewhere by at most 2.5e-03" in seam.sentence
+
+
+@pytest.mark.parametrize(
+    ("atol", "verdict"),
+    [
+        (1e-8, "agrees"),
+        (1.5e-6, "agrees"),
+        (1e-4, "doubtful"),
+        (0.015, "doubtful"),
+        (0.016, "contradicts"),
+        (1.0, "contradicts"),
+    ],
+)
 def test_an_absolute_tolerance_against_the_height(atol: float, verdict: str) -> None:
+    """The height is 3/2, and what is equal to a bound is within it."""
     small = replace(SIMULATION, integrator=IDA(rtol=1e-6, atol=atol), t_end=0.01, frames=2)
     assert verdict_on(run(small), "tolerance") == verdict
 

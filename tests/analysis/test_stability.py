@@ -88,6 +88,16 @@ def test_the_report_counts_one_negative_direction_and_none_under_the_constraint(
     assert verdicts(dataset)[-1].startswith("verdict: stable")
 
 
+@pytest.mark.parametrize("n", [1.5, 2, 3])
+def test_the_limit_is_nearer_than_the_finest_value_and_the_bar_is_three_times_the_error_of_that(n: float) -> None:
+    """Errors of the second order: a third of the last change, which is the correction."""
+    dataset = report(StabilityStudy(n=n, sizes=(50, 100, 200))).sel(constraint="free")
+    finest = abs(dataset["eigenvalue"].isel(resolution=-1) - dataset["exact"])
+    assert (finest > 1e-6).all()
+    assert (np.abs(dataset["value"] - dataset["exact"]) < finest / 20).all()
+    assert dataset["uncertainty"].values == pytest.approx(3 * finest.values, rel=0.1)
+
+
 @pytest.mark.parametrize("n", [1.2, 3.1, 3.3, 3.5, 4, 4.5, 4.9])
 def test_the_error_bars_hold_the_exact_values(n: float) -> None:
     """For n > 3 the potential is singular and attractive and convergence slow: the bars must say so."""

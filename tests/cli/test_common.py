@@ -58,11 +58,21 @@ def test_a_result_in_one_line() -> None:
     assert common.contents(dataset.isel(t=slice(0, 0))) == "W(t, x), 0 frames on 150 points to t = 0, complete"
 
 
-def test_what_was_kept_is_the_largest_drift_of_each() -> None:
+def test_what_was_kept_is_the_largest_drift_of_each_up_or_down() -> None:
     role = {"role": "conserved"}
-    series = {"mass": ("t", [2.0, 2.5, 2.0], role), "energy": ("t", [1.0, 1.0, 1.0], role)}
+    series = {
+        "mass": ("t", [2.0, 2.5, 2.0], role),
+        "momentum": ("t", [2.0, 0.5, 2.0], role),
+        "energy": ("t", [-1.0, -1.5, -0.25], role),
+        "moment": ("t", [0.0, -4.0, 3.0], role | {"magnitude": 8.0}),
+        "area": ("t", [1.0, 1.0, 1.0], role),
+    }
     dataset = xr.Dataset(series, {"t": [0.0, 1.0, 2.0]}, {"format": 2})
-    assert common.kept(dataset) == "kept mass to 2.5e-01, energy to 0.0e+00"
+    assert common.kept(dataset) == (
+        "kept mass to 2.5e-01, momentum to 7.5e-01, energy to 7.5e-01, "
+        "moment to 5.0e-01 of the sum of the sizes of its parts, area to 0.0e+00"
+    )
+    assert common.kept(dataset.drop_vars(list(series))) == "nothing is conserved"
     assert common.kept(dataset.isel(t=slice(0, 0))) == "kept nothing: there is no frame"
 
 

@@ -122,3 +122,21 @@ def test_a_closed_pipe_is_no_error() -> None:
     command = f"{sys.executable} -m mol_compactons scenarios | head -c 1"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, env=os.environ, check=False)
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("place", "arguments", "words"),
+    [
+        ("running.run", ["run", "single_compacton", "--quiet"], "interrupted; the frames written so far are kept."),
+        ("studies.converge", ["converge", "single_compacton", "--quiet"], "interrupted; nothing was written."),
+    ],
+)
+def test_an_interrupt_is_status_130(
+    place: str, arguments: list[str], words: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"mol_compactons.cli.{place}", interrupted)
+    assert main(arguments) == 130
+    assert capfd.readouterr().err == f"mol-compactons: {words}\n"

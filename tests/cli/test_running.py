@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import Simulation
+from mol_compactons.analysis.drift import drift
 from mol_compactons.cli import main
 from tests.cli.conftest import QUICK, ROOT
 
@@ -16,7 +17,12 @@ def test_a_run_says_what_it_wrote_what_it_kept_and_what_it_cost(capsys: pytest.C
     assert [line.split()[0] for line in lines] == ["wrote", "kept", "cost"]
     assert lines[0] == "wrote one.nc: W(t, x), 6 frames on 150 points to t = 0.5, complete"
     with xr.open_dataset("one.nc") as dataset:
-        assert lines[2].startswith(f"cost {dataset.attrs['solver_steps']} steps")
+        parts = [f"{name} to {float(abs(change).max()):.1e}" for name, change in drift(dataset).data_vars.items()]
+        assert lines[1] == f"kept {', '.join(parts)}"
+        counts = [dataset.attrs[f"solver_{name}"] for name in ("steps", "evaluations", "jacobians", "failures", "warnings")]
+        assert [int(part.split()[-2]) for part in lines[2].split(";")[0].split(",")] == counts
+        assert min(counts[:3]) > 0
+        assert len({*counts[:3]}) == 3
 
 
 def test_the_file_has_the_name_of_the_scenario_where_none_is_given() -> None:

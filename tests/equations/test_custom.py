@@ -9,15 +9,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mol_compactons import (
+    CVODE,
+    IDA,
     Compacton,
     CompactScheme,
     GranularCompacton,
     Grid,
     InputError,
+    Midpoint,
     PowerLaw,
     PowerLawEquation,
+    Rosenbrock,
     Samples,
     Simulation,
+    Uniform,
     run,
 )
 from mol_compactons.assignment import assign
@@ -255,3 +260,16 @@ def test_the_linearization_is_the_derivative_of_flux_and_source() -> None:
                     expected[cell] += diagonals[component, reach + offset, cell]
                 np.testing.assert_allclose((np.asarray(ahead) - behind) / 2e-6, expected, atol=1e-6)
     assert kdv().linearized(coefficients).source(0.0, x, state[:1]) is None
+
+
+@pytest.mark.parametrize("integrator", [IDA(rtol=1e-6), CVODE(rtol=1e-6), Rosenbrock(rtol=1e-6), Midpoint(step=0.01)])
+def test_a_source_that_depends_on_the_time_alone_lifts_all_by_its_integral(
+    integrator: IDA | CVODE | Rosenbrock | Midpoint,
+) -> None:
+    """u = 1 + sin(5 t) / 5, in as few steps as a smooth function of the time needs."""
+    equation = CustomEquation("u", source="cos(5*t)")
+    dataset = run(Simulation(equation, Grid(10, 20), [Uniform(1)], t_end=2, frames=9, integrator=integrator))
+    exact = 1 + np.sin(5 * dataset.t.values) / 5
+    assert dataset.u.values == pytest.approx(np.outer(exact, np.ones(20)), abs=5e-5)
+    assert np.ptp(exact) > 0.3
+    assert dataset.attrs["solver_steps"] < 400

@@ -108,6 +108,16 @@ def test_sentences_point_at_the_place_and_say_what_to_write(text: str, place: st
     assert cure in advice
 
 
+@pytest.mark.parametrize(("before", "start"), [(0, 0), (40, 52), (70, 103), (80, 103)])
+def test_of_a_long_formula_the_part_around_the_place_is_shown(before: int, start: int) -> None:
+    """Sixty of 163 characters, and no fewer at the ends."""
+    text = "u" + "*u" * before + "*q" + "*u" * (80 - before)
+    shown = ("..." if start else "") + text[start : start + 60] + ("..." if start < 103 else "")
+    with pytest.raises(InputError) as caught:
+        parse(text, "CustomEquation.flux", ("u", "x", "t"), {}, derivatives=True)
+    assert repr(shown) in str(caught.value)
+
+
 def test_derivatives_only_where_they_are_allowed() -> None:
     with pytest.raises(InputError, match="a derivative in space stands where there is none"):
         pointwise("d2(x)")

@@ -1,8 +1,24 @@
 import matplotlib
 import numpy as np
+import pytest
+from matplotlib.figure import Figure
 
-from mol_compactons import GranularChain, Lattice, NearestNeighbours, PowerContact, Simulation, SolitaryWave, Symplectic, run
-from mol_compactons.figures.results import PROFILES, overview
+from mol_compactons import (
+    Compacton,
+    CompactScheme,
+    GranularChain,
+    Grid,
+    Lattice,
+    NearestNeighbours,
+    Nesterenko,
+    PowerContact,
+    Simulation,
+    SolitaryWave,
+    Symplectic,
+    run,
+)
+from mol_compactons.analysis.drift import drift
+from mol_compactons.figures.results import PROFILES, overview, waterfall
 from tests.systems import one_compacton
 
 
@@ -16,6 +32,52 @@ def test_the_overview_draws_profiles_and_drifts() -> None:
     first = left.lines[0].get_ydata()
     assert np.argmax(np.asarray(first)) == np.argmax(dataset.W.values[0])
     figure.canvas.draw()
+
+
+def test_each_profile_is_lifted_by_its_time_and_the_last_one_has_moved() -> None:
+    """The height of the first is 12 % of the time shown, and all have its scale; a white patch hides what is behind each."""
+    dataset = run(one_compacton(frames=6, t_end=5))
+    left = overview(dataset).axes[0]
+    scale = 0.12 * 5 / float(abs(dataset.W[0]).max())
+    assert len(left.lines) == len(left.collections) == 6
+    for line, t, profile in zip(left.lines, dataset.t.values, dataset.W.values, strict=True):
+        assert np.array_equal(np.asarray(line.get_xdata()), dataset.x.values)
+        assert np.asarray(line.get_ydata()) == pytest.approx(t + scale * profile, abs=1e-12)
+    places = [float(dataset.x[np.argmax(np.asarray(line.get_ydata()))]) for line in left.lines]
+    assert places[-1] - places[0] == pytest.approx(5, abs=float(dataset.x[1] - dataset.x[0]))
+    assert [line.get_zorder() for line in left.lines] == sorted((line.get_zorder() for line in left.lines), reverse=True)
+    assert left.get_xlim() == (dataset.x.values[0], dataset.x.values[-1])
+
+
+def test_the_curves_of_the_drifts_are_the_drifts() -> None:
+    """On a logarithmic scale, from the second frame on: the first has none."""
+    dataset = run(one_compacton(frames=6, t_end=5))
+    right, changes = overview(dataset).axes[1], drift(dataset)
+    assert right.get_yscale() == "log"
+    for line in right.lines:
+        change = np.abs(changes[str(line.get_label())].values[1:])
+        assert change.max() > 0
+        assert np.array_equal(np.asarray(line.get_xdata()), dataset.t.values[1:])
+        assert np.array_equal(np.asarray(line.get_ydata()), np.maximum(change, 1e-17))
+
+
+def test_where_nothing_is_conserved_the_picture_says_so() -> None:
+    dataset = run(one_compacton()).drop_vars(["mass", "momentum", "energy"])
+    right = overview(dataset).axes[1]
+    assert not right.lines
+    assert [text.get_text() for text in right.texts] == ["nothing is conserved"]
+
+
+def test_another_component_can_be_asked_for() -> None:
+    simulation = Simulation(
+        equation=Nesterenko(3), grid=Grid(20, 40), scheme=CompactScheme(), initial=[Compacton(1, 8)], t_end=1, frames=2
+    )
+    dataset, axes = run(simulation), Figure().subplots()
+    waterfall(dataset, axes, "v")
+    drawn = np.asarray(axes.lines[0].get_ydata())
+    assert np.ptp(drawn) == pytest.approx(0.12)
+    assert np.argmax(drawn) == np.argmax(dataset.v.values[0])
+    assert axes.get_title().startswith("v(t, x)")
 
 
 def test_of_displacements_the_stresses_are_drawn() -> None:

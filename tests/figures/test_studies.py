@@ -31,3 +31,27 @@ def test_each_limit_and_viscosity_has_a_line_with_its_name() -> None:
     assert len(labels) == len(set(labels)) == 6
     assert "conservative, ConservativeScheme(order=4), viscosity 0.1" in labels
     assert "viscous, CompactScheme(second_difference=wide), viscosity 0.001" in labels
+
+
+def test_each_panel_has_the_error_bars_of_its_limits_and_the_slopes_1_2_and_4() -> None:
+    tree = judge(study(lambda member: 1e-3 * spacing(member) ** 2))
+    summary = tree["summary"].to_dataset()
+    figure = convergence_overview(tree)
+    quantities = summary["quantity"].values.tolist()
+    for axes, quantity in zip(figure.axes, quantities, strict=False):
+        row = summary.sel(quantity=quantity)
+        bars = (row["error"] / row["scale"]).values
+        drawn = [np.asarray(line.get_ydata()) for line in axes.lines if line.get_color() == "grey"]
+        assert [bar[0] for bar in drawn] == pytest.approx([bar for bar in bars if np.isfinite(bar) and bar > 0])
+        slopes = [line for line in axes.lines if line.get_color() == "lightgrey"]
+        for line, slope in zip(slopes, (1, 2, 4), strict=True):
+            h, size = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+            assert np.polyfit(np.log(h), np.log(size), 1)[0] == pytest.approx(slope)
+    assert any(np.isfinite(summary["error"].values).ravel())
+    assert not any(axes.axison for axes in figure.axes[len(quantities) :])
+
+
+def test_each_title_has_the_verdicts_of_its_quantity() -> None:
+    tree = judge(study(lambda member: 0.1 * np.sign(0.3 - spacing(member)) / spacing(member)))
+    titles = [axes.get_title() for axes in convergence_overview(tree).axes]
+    assert "profile: not converged" in titles

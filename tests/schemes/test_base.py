@@ -2,9 +2,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mol_compactons import (
+    CentralScheme,
     CompactScheme,
     ConservativeScheme,
     Equation,
@@ -23,6 +26,7 @@ from mol_compactons import (
 )
 from mol_compactons.open_set import loaded
 from mol_compactons.schemes import best_scheme
+from mol_compactons.schemes.viscosity import default_viscosity
 
 GRID, RING = Grid(30, 100), Lattice(40)
 CHAIN = GranularChain(PowerContact(2))
@@ -51,11 +55,33 @@ def test_the_best_scheme_is_the_one_that_says_that_it_suits_best(
     best.discretize(equation, grid)
 
 
-def test_the_default_viscosity_goes_with_the_speed_of_the_waves() -> None:
+DAMPED = [
+    (ConservativeScheme, GranularCompacton(3), 0.03),
+    (ConservativeScheme, RosenauHyman(3, 3), 0.03),
+    (ConservativeScheme, RosenauHyman(2, 2, absolute=True), 0.03),
+    (CompactScheme, Nesterenko(3), 0.03),
+    (CentralScheme, GranularCompacton(3), 0.03),
+    (CentralScheme, RosenauHyman(2, 2), None),
+]
+
+
+@pytest.mark.parametrize(("kind", "equation", "unit"), DAMPED)
+def test_the_default_viscosity_goes_with_the_speed_of_the_waves(
+    kind: type[Scheme], equation: Equation, unit: float | None
+) -> None:
     """A wave of twice the speed on the same grid has half the time, and dies as much on its way."""
-    slow, fast = (best_scheme(GranularCompacton(3), GRID, speed).viscosities for speed in (1.0, 2.0))
-    assert slow[1] > 0
-    assert fast == pytest.approx((2 * slow[0], 2 * slow[1]))
+    schemes = [kind.default_for(equation, GRID, speed) for speed in (1.0, 4.0)]
+    slow, fast = (scheme.viscosities for scheme in schemes if scheme is not None)
+    assert slow == pytest.approx((0, unit or default_viscosity(False, GRID.spacing)))
+    assert fast == pytest.approx((0, 4 * slow[1]))
+    assert [getattr(scheme, "viscosity_order", None) for scheme in schemes] == [6, 6]
+
+
+def test_where_the_flux_is_not_odd_the_default_viscosity_grows_as_the_grid_is_refined() -> None:
+    """In grid units, as 1 / h^2."""
+    coarse, fine = (default_viscosity(False, spacing) for spacing in (0.2, 0.1))
+    assert fine == pytest.approx(4 * coarse)
+    assert coarse > default_viscosity(True, 0.2) == default_viscosity(True, 0.1)
 
 
 @dataclass(frozen=True)
@@ -146,3 +172,15 @@ def test_what_a_scheme_does_not_say_has_a_default() -> None:
     assert Least().label == f"{__name__}:Least()"
     assert Least.default_for(GranularCompacton(2), GRID, 1.0) == Least()
     assert Least.as_check_of(ConservativeScheme(), GranularCompacton(2), GRID) == (0.0, Least())
+
+
+@pytest.mark.parametrize("scheme", [CompactScheme(), CentralScheme()])
+def test_what_an_equation_adds_along_t_is_that_of_the_state_and_the_spacing(scheme: Scheme) -> None:
+    @dataclass(frozen=True)
+    class WithAMoment(GranularCompacton):
+        def diagnostics(self, state: NDArray[np.float64], spacing: float) -> dict[str, float]:
+            return {"moment": spacing * float((state[0] ** 4).sum())}
+
+    state = np.linspace(0, 1, GRID.size)[None]
+    found = scheme.discretize(WithAMoment(3), GRID).diagnostics(state)
+    assert found == {"moment": pytest.approx(0.3 * (np.linspace(0, 1, 100) ** 4).sum())}

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 
 from mol_compactons import CompactScheme, ConservativeScheme, Family, judge
@@ -40,6 +41,17 @@ def test_a_table_for_each_limit_with_the_numbers_of_the_summary() -> None:
     assert "  2.00  " in line
     assert line.endswith(f"converged: {row.reason.item()}")
     assert len(lines) == 2 + tree["summary"].sizes["quantity"]
+
+
+def test_the_headline_is_the_worst_verdict_of_the_table() -> None:
+    """Errors that grow as the grid is refined: neither the headline nor the line of the profile says converged."""
+    tree = judge(study(lambda member: 0.1 * np.sign(0.3 - spacing(member)) / spacing(member)))
+    row = tree["summary"].to_dataset().sel(limit="inviscid", quantity="profile")
+    assert row["verdict"].item() == NOT_CONVERGED
+    lines = report(tree)
+    assert lines[0] == f"inviscid limit: {NOT_CONVERGED}"
+    (line,) = [line for line in lines if line.startswith("  profile")]
+    assert f" {NOT_CONVERGED}: " in line
 
 
 def test_what_failed_is_named_at_the_end() -> None:
