@@ -36,6 +36,7 @@ from mol_compactons import (
     Uniform,
     Wave,
 )
+from mol_compactons.analysis.orbits import Period
 from mol_compactons.configuration import FrozenMapping, Settings, decode, describe, did_you_mean, encode, hints_of
 from mol_compactons.equations.flux import Flux
 from tests.systems import one_compacton
@@ -165,6 +166,7 @@ def test_hints_are_those_of_the_fields_alone() -> None:
 
 
 EXAMPLES: list[Settings] = [
+    Period(1.0),
     Grid(30, 100),
     Lattice(40),
     PowerLaw(1, 2),
