@@ -102,8 +102,8 @@ def test_it_agrees_with_the_conservative_scheme_on_a_compacton() -> None:
         )
         return run(simulation).W.values[-1]
 
-    spectral = final(FourierScheme(viscosity=1e-5), CVODE(linear_solver="krylov"))
-    assert np.abs(spectral - final(ConservativeScheme(6), CVODE())).max() < 2e-3
+    spectral = final(FourierScheme(viscosity=1e-5), CVODE(rtol=1e-3, linear_solver="krylov"))
+    assert np.abs(spectral - final(ConservativeScheme(6), CVODE(rtol=1e-4))).max() < 2e-3
 
 
 @pytest.mark.parametrize(
