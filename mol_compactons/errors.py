@@ -33,6 +33,15 @@ class IntegrationError(RuntimeError):
         self.t = t
         self.dataset: Any = dataset
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle without a call of `__init__`, which unpickling makes with the message alone; a subclass may have its own."""
+        return _remade, (type(self), self.args), self.__dict__
+
+
+def _remade(kind: type[IntegrationError], arguments: tuple[Any, ...]) -> IntegrationError:
+    """An error as it was before it was pickled, but for its attributes."""
+    return kind.__new__(kind, *arguments)
+
 
 def require(condition: bool, message: str) -> None:
     """Raise `InputError` with `message` unless `condition` holds."""
