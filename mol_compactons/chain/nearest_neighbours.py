@@ -12,6 +12,7 @@ from mol_compactons.chain.law import Array
 from mol_compactons.equations.base import Equation
 from mol_compactons.errors import InputError
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -64,7 +65,8 @@ class _ChainKernel:
         self._ends, self._law = ENDS[chain.ends], chain.law
         self._strengths, self._static = chain.contact_strengths(size), chain.static_stress(size)
         self._inverse_masses, self._push = chain.inverse_masses(size), chain.compression
-        self._scratch = np.empty((2, size))
+        self._size = size
+        self._work = Workspace(size, size)
 
     @property
     def _surroundings(self) -> tuple[Array, Array, Array, float, kernels.Law, int]:
@@ -81,10 +83,11 @@ class _ChainKernel:
         if self._law.coefficients is None:
             out[1] = self._pushes(state[0])
             return
-        self._scratch[0], self._scratch[1] = state[0], 0.0
+        place, rate = self._work.arrays
+        place[:], rate[:] = state[0], 0.0
         stage = kernels.stage_of_stresses if self._in_stresses else kernels.stage_of_displacements
-        stage(self._scratch[0], self._scratch[1], 0.0, 1.0, *self._surroundings)
-        out[1] = self._scratch[1]
+        stage(place, rate, 0.0, 1.0, *self._surroundings)
+        out[1] = rate
 
     def _pushes(self, place: Array) -> Array:
         """The rate of the second component from the first, for any law, shape (N,)."""
@@ -104,7 +107,7 @@ class _ChainKernel:
 
     def _inverse_masses_between(self) -> Array:
         """1 / m of the grains left and right of each contact, shape (N + 1,); zero for a wall."""
-        inverse = np.broadcast_to(self._inverse_masses, self._scratch.shape[1] + 1).copy()
+        inverse = np.broadcast_to(self._inverse_masses, self._size + 1).copy()
         if self._ends == kernels.FIXED:
             inverse[0] = inverse[-1] = 0.0
         return inverse

@@ -16,6 +16,7 @@ from mol_compactons.errors import InputError, require
 from mol_compactons.expressions.kernels import add_shifted
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.runtime.compiled import compiled
+from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order, default_viscosity
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -142,7 +143,7 @@ class _SourceKernel:
         self._equation, self._x, self._kernel = equation, grid.x, kernel
         self._stencils = stencils.stencils_of(order, grid.spacing)
         self._mass = np.array(stencils.COMPACT_MASS.coefficients)
-        self._added = np.empty(grid.size)
+        self._work = Workspace(grid.size)
         linearization = equation.linearized(self._stencils)
         if linearization is None:
             raise InputError(
@@ -158,8 +159,9 @@ class _SourceKernel:
         self._kernel.rhs(t, state, out)
         source = self._equation.local_source(t, self._x, state, partial(stencils.difference, self._stencils))
         assert source is not None
-        convolve(self._mass, source, self._added)
-        out[-1] += self._added
+        (added,) = self._work.arrays
+        convolve(self._mass, source, added)
+        out[-1] += added
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write its cyclic diagonals."""
@@ -176,7 +178,7 @@ class _SourceKernel:
 
 
 class _CompactKernel:
-    """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
+    """The right-hand side and the Jacobian."""
 
     def __init__(
         self, flux: DispersiveFlux, two_way: bool, size: int, spacing: float, second: stencils.Stencil, damping: Damping
@@ -189,26 +191,27 @@ class _CompactKernel:
         self._minus_first = -self._first
         self._second = second.scaled(spacing)
         self._damping = damping
-        self._b, self._g, self._f, self._difference = np.empty((4, size))
+        self._work = Workspace(size, size, size, size)
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -D1 F - eps D4 u, for a two-way equation with v in place of F for the first component."""
-        damping, scratch = self._damping.coefficients, (self._b, self._g, self._f, self._difference)
+        damping, work = self._damping.coefficients, self._work.arrays
         if self._table is None:
-            self._flux.evaluate(state[0], self._b, self._g, self._f)
-            _rates(self._minus_first, self._second, damping, state, *scratch, out)
+            self._flux.evaluate(state[0], *work[:3])
+            _rates(self._minus_first, self._second, damping, state, *work, out)
         else:
-            _rates_of_power_laws(self._table, self._minus_first, self._second, damping, state, *scratch, out)
+            _rates_of_power_laws(self._table, self._minus_first, self._second, damping, state, *work, out)
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of u where b has a singular slope."""
         u, out[:] = state[0], 0
         b_slope, slope, local = np.empty((3, u.size))
-        self._flux.evaluate(u, self._b, self._g, self._f)
+        b, g, f, difference = self._work.arrays
+        self._flux.evaluate(u, b, g, f)
         self._flux.slopes(u, b_slope, slope, local)
-        convolve(self._second, self._g, self._difference)
-        _add_product(b_slope, self._difference, local)
-        local, b, slope = (np.concatenate((c[-MARGIN:], c, c[:MARGIN])) for c in (local, self._b, slope))
+        convolve(self._second, g, difference)
+        _add_product(b_slope, difference, local)
+        local, b, slope = (np.concatenate((c[-MARGIN:], c, c[:MARGIN])) for c in (local, b, slope))
         _subtract_flux_jacobian(self._first, self._second, local, b, slope, out[-1, 0])
         reach = (out.shape[2] - 1) // 2
         near = slice(reach - 2, reach + 3)

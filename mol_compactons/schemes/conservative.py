@@ -17,6 +17,7 @@ from mol_compactons.equations.rosenau_hyman import RosenauHyman
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.runtime.compiled import compiled
+from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.schemes.entropy_flux import (
     neighbours,
@@ -137,7 +138,7 @@ class ConservativeScheme(ViscousScheme):
 
 
 class _ConservativeKernel:
-    """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
+    """The right-hand side and the Jacobian."""
 
     def __init__(self, n: float, size: int, spacing: float, weights: tuple[float, ...], damping: Damping) -> None:
         self._n = n
@@ -146,30 +147,26 @@ class _ConservativeKernel:
         self._law = PowerLaw(1, n - 1)
         self._damping = damping
         self._margin = 2 * len(weights)
-        self._w, self._a, self._slope = np.empty((3, size + 2 * self._margin))
-        self._flux = np.empty(size + len(weights))
-
-    def _extend(self, u: Array) -> None:
-        """Copy u with a periodic margin on both sides, and |u|^(n-1) beside it."""
-        margin = self._margin
-        self._w[margin:-margin] = u
-        self._w[:margin], self._w[-margin:] = u[-margin:], u[:margin]
-        self._law.evaluate(self._w, self._a)
+        extended = size + 2 * self._margin
+        self._work = Workspace(extended, extended, extended, size + len(weights))
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -sum_s w_s N_s(W) and the damping."""
+        w, a, _, flux = self._work.arrays
         damping = self._damping.coefficients
-        _rate(state[0], self._w, self._a, self._margin, self._weights, self._n, self._spacing, self._flux, damping, out[0])
+        _rate(state[0], w, a, self._margin, self._weights, self._n, self._spacing, flux, damping, out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of W where n < 2."""
-        self._extend(state[0])
-        self._law.derivative().evaluate(self._w, self._slope)
+        u, margin = state[0], self._margin
+        w, a, slope, _ = self._work.arrays
+        w[margin:-margin] = u
+        w[:margin], w[-margin:] = u[-margin:], u[:margin]
+        self._law.evaluate(w, a)
+        self._law.derivative().evaluate(w, slope)
         out[:] = 0
         for index, weight in enumerate(self._weights):
-            _subtract_divergence_jacobian(
-                self._w, self._a, self._slope, self._margin, index + 1, weight, self._n, self._spacing, out[0, 0]
-            )
+            _subtract_divergence_jacobian(w, a, slope, margin, index + 1, weight, self._n, self._spacing, out[0, 0])
         self._damping.add_to_diagonals(out[0, 0])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,6 +119,13 @@ class FourierScheme(ViscousScheme):
         )
 
 
+class _Linearization(threading.local):
+    """What products with the Jacobian at one state have in common, the latest state of each thread."""
+
+    state: Array | None = None
+    factors: tuple[Array, ...] = ()
+
+
 class _FourierKernel:
     """The right-hand side and its linearisation."""
 
@@ -131,8 +139,7 @@ class _FourierKernel:
         self._first = 1j * wavenumbers
         if grid.size % 2 == 0:
             self._first[-1] = 0
-        self._linearized_at = np.full(grid.size, np.nan)
-        self._linearization: tuple[Array, ...] = ()
+        self._latest = _Linearization()
         self.decay = coefficient(scheme, grid.spacing) * wavenumbers**scheme.viscosity_order
 
     def _values(self, spectrum: Spectrum) -> Array:
@@ -160,11 +167,12 @@ class _FourierKernel:
     def jacobian_vector(self, t: float, state: Array, vector: Array, out: Array) -> None:
         """Write the derivative of `rhs` along a vector."""
         # A Krylov solver asks for many products at one state.
-        if not np.array_equal(state[0], self._linearized_at):
+        latest = self._latest
+        if latest.state is None or not np.array_equal(state[0], latest.state):
             _, w, slope, second = self._slopes(state[0])
-            self._linearized_at = state[0].copy()
-            self._linearization = self._law(w), self._law.derivative()(w), slope, second
-        a, law_slope, slope, second = self._linearization
+            latest.state = state[0].copy()
+            latest.factors = self._law(w), self._law.derivative()(w), slope, second
+        a, law_slope, slope, second = latest.factors
         spectrum, v, v_slope, v_second = self._slopes(vector[0])
         change = law_slope * v
         out[0] = self._rate(spectrum, self._n * a * v, change * slope + a * v_slope, change * second + a * v_second)

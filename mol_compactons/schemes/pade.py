@@ -13,6 +13,7 @@ from mol_compactons.equations.flux import Flux
 from mol_compactons.equations.rosenau_hyman import RosenauHyman
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
+from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.schemes.viscosity import Damping, ViscousScheme, damping_order
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -155,28 +156,30 @@ class PadeScheme(ViscousScheme):
 
 
 class _PadeKernel:
-    """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time."""
+    """The right-hand side and the Jacobian."""
 
     def __init__(self, flux: Flux, grid: Grid, first: Stencil, damping: Damping) -> None:
         self._flux, self._damping = flux, damping
         self._minus_first, self._minus_third = -first.scaled(grid.spacing), -THIRD.scaled(grid.spacing)
-        self._convected, self._dispersed = np.empty((2, grid.size))
+        self._work = Workspace(grid.size, grid.size)
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -B u^m - C u^n and the damping."""
-        self._flux.convective(state[0], self._convected)
-        self._flux.g.evaluate(state[0], self._dispersed)
-        convolve(self._minus_first, self._convected, out[0])
-        add_convolution(self._minus_third, self._dispersed, out[0])
+        convected, dispersed = self._work.arrays
+        self._flux.convective(state[0], convected)
+        self._flux.g.evaluate(state[0], dispersed)
+        convolve(self._minus_first, convected, out[0])
+        add_convolution(self._minus_third, dispersed, out[0])
         self._damping.add(state[0], out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`."""
-        self._flux.convective_derivative(state[0], self._convected)
-        self._flux.g.derivative().evaluate(state[0], self._dispersed)
+        convected, dispersed = self._work.arrays
+        self._flux.convective_derivative(state[0], convected)
+        self._flux.g.derivative().evaluate(state[0], dispersed)
         out[:] = 0.0
         middle = out.shape[2] // 2
         for offset, first, third in zip(THIRD.offsets, self._minus_first, self._minus_third, strict=True):
             row = out[0, 0, middle + offset]
-            row += first * np.roll(self._convected, -offset) + third * np.roll(self._dispersed, -offset)
+            row += first * np.roll(convected, -offset) + third * np.roll(dispersed, -offset)
         self._damping.add_to_diagonals(out[0, 0])

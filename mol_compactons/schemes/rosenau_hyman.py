@@ -9,6 +9,7 @@ from mol_compactons.equations.base import Equation
 from mol_compactons.equations.rosenau_hyman import RosenauHyman
 from mol_compactons.errors import require
 from mol_compactons.runtime.compiled import compiled
+from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.entropy_flux import (
     neighbours,
     subtract_difference,
@@ -29,7 +30,7 @@ def is_conservative(equation: Equation) -> bool:
 
 
 class RosenauHymanKernel:
-    """The right-hand side and the Jacobian, with the scratch arrays that they share: one run at a time.
+    """The right-hand side and the Jacobian.
 
     In v = u^n, the derivative of the energy u^(n+1) / (n+1), the flux is v^(m/n) + v_xx. With the stride s, H = s h:
 
@@ -56,31 +57,31 @@ class RosenauHymanKernel:
         self._ratio = equation.m / equation.n
         self._spacing, self._weights, self._damping = spacing, weights, damping
         self._margin = 2 * len(weights)
-        self._v = np.empty(size + 2 * self._margin)
-        self._slope = np.empty(size)
-        self._flux = np.empty(size + len(weights))
+        self._work = Workspace(size + 2 * self._margin, size, size + len(weights))
 
-    def _extend(self, u: Array) -> None:
+    def _extend(self, u: Array, v: Array) -> None:
         """Write u^n with a periodic margin on both sides."""
         margin = self._margin
-        self._power.evaluate(u, self._v[margin:-margin])
-        self._v[:margin], self._v[-margin:] = self._v[-2 * margin : -margin], self._v[margin : 2 * margin]
+        self._power.evaluate(u, v[margin:-margin])
+        v[:margin], v[-margin:] = v[-2 * margin : -margin], v[margin : 2 * margin]
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -sum_s w_s N_s(u) and the damping."""
-        self._extend(state[0])
+        v, _, flux = self._work.arrays
+        self._extend(state[0], v)
         out[0] = 0
         for index, weight in enumerate(self._weights):
-            _subtract_divergence(self._v, self._margin, index + 1, weight, self._ratio, self._spacing, self._flux, out[0])
+            _subtract_divergence(v, self._margin, index + 1, weight, self._ratio, self._spacing, flux, out[0])
         self._damping.add(state[0], out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`."""
-        self._extend(state[0])
-        self._power.derivative().evaluate(state[0], self._slope)
+        v, slope, _ = self._work.arrays
+        self._extend(state[0], v)
+        self._power.derivative().evaluate(state[0], slope)
         out[:] = 0
         for index, weight in enumerate(self._weights):
-            _subtract_jacobian(self._v, self._margin, index + 1, weight, self._ratio, self._spacing, self._slope, out[0, 0])
+            _subtract_jacobian(v, self._margin, index + 1, weight, self._ratio, self._spacing, slope, out[0, 0])
         self._damping.add_to_diagonals(out[0, 0])
 
 
