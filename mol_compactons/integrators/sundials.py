@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
 import math
 import time
-import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -26,7 +24,8 @@ from mol_compactons.integrators.scales import (
     ripple_persistence,
     steepened,
 )
-from mol_compactons.runtime.capture import captured_lines
+from mol_compactons.integrators.solver import Solver
+from mol_compactons.runtime.capture import import_sundae
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -211,8 +210,9 @@ class SundialsIntegration:
         self._state = np.empty_like(state)
         self._rate = np.empty_like(state)
         self._product = np.empty_like(state)
-        self._solver: Any = None
-        self._kept_alive = False
+        self._solver: Solver | None = None
+        self._final: Array | None = None
+        self._ended = False
 
     def _begin(self) -> None:
         """Create the solver; the first advance does it, so that what is never advanced holds nothing of SUNDIALS."""
@@ -220,18 +220,15 @@ class SundialsIntegration:
         rate = system.rate(0.0, state)
         self._insist_on_numbers(rate)
         try:
-            self._solver = self._create(state, rate)
-            self._keep_alive()
-            if self._name == "IDA":
-                self._solver.init_step(0.0, system.fold(state), system.fold(rate))
-            else:
-                self._solver.init_step(0.0, system.fold(state))
+            self._solver = Solver(self._maker(state, rate), fragile=self._settings.linear_solver == "sparse")
+            start = (state, rate) if self._name == "IDA" else (state,)
+            self._solver.begin(*(system.fold(one) for one in start))
         except (RuntimeError, MemoryError) as error:
             raise IntegrationError(f"{self._name} could not start ({error}); {SETTINGS}.", 0.0) from None
 
-    def _create(self, state: Array, rate: Array) -> Any:
-        from sksundae import cvode, ida
-
+    def _maker(self, state: Array, rate: Array) -> Callable[[], Any]:
+        """What makes a solver with all its options."""
+        ida, cvode = import_sundae()
         settings, system = self._settings, self._system
         # The norm of SUNDIALS is a mean over the grid, which would allow the more of an error the emptier the grid is.
         dilution = math.sqrt(occupied_share(state))
@@ -256,11 +253,9 @@ class SundialsIntegration:
             diagonals = np.empty_like(system.mass_diagonals)
             options["sparsity"] = system.sparsity
             options["jacfn"] = self._ida_jacobian(diagonals) if self._name == "IDA" else self._cvode_jacobian(diagonals)
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Custom sparse Jacobian approximation")
-            if self._name == "IDA":
-                return ida.IDA(self._residual, **options)
-            return cvode.CVODE(self._right_hand_side, **options)
+        if self._name == "IDA":
+            return partial(ida.IDA, self._residual, **options)
+        return partial(cvode.CVODE, self._right_hand_side, **options)
 
     def _order_and_tolerance(self, state: Array, rate: Array) -> tuple[int, float]:
         """The largest order, and the tolerance of the local error that makes the error of the run follow rtol."""
@@ -282,17 +277,6 @@ class SundialsIntegration:
             "precond": CVODEPrecond(linear.set_up_preconditioner, linear.precondition),
             "jactimes": CVODEJacTimes(None, linear.multiply),
         }
-
-    def _keep_alive(self) -> None:
-        """Hold a reference until the first factorisation: SuperLU_MT crashes when freed before it has factored a matrix."""
-        if self._settings.linear_solver == "sparse" and not self._kept_alive:
-            ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._solver))
-            self._kept_alive = True
-
-    def _release(self) -> None:
-        if self._kept_alive:
-            ctypes.pythonapi.Py_DecRef(ctypes.py_object(self._solver))
-            self._kept_alive = False
 
     def _count(self, t: float) -> None:
         self.counters.evaluations += 1
@@ -348,32 +332,57 @@ class SundialsIntegration:
     def advance(self, t: float, report: Report = no_report) -> Array:
         """The state at the output time t, shape (components, size).
 
+        Whatever it raises ends the integration, and so does the time at which the run ends.
+
         Raises
         ------
         IntegrationError
-            With the cure, if SUNDIALS gives up.
+            With the cure, if SUNDIALS gives up, or the integration has ended before t.
         """
-        first = self.counters.steps
-        with self._listening():
-            if self._solver is None:
-                self._begin()
+        if self._final is not None and t <= self._t_end:
+            return self._final.copy()
+        if self._ended:
+            raise IntegrationError(f"The integration ended at t = {self._t:.6g} and cannot go to t = {t:.6g}.", self._t)
+        try:
+            state = self._advance(t, report)
+        except BaseException:
+            self.close()
+            raise
+        if t >= self._t_end:
+            self._final = state.copy()
+            self.close()
+        return state
+
+    def _advance(self, t: float, report: Report) -> Array:
+        tried = 0
+        if self._solver is None:
+            self._begin()
         while self._t < t:
             deadline = time.monotonic() + REPORT_INTERVAL
-            with self._listening():
-                while self._t < t and time.monotonic() < deadline:
-                    if self.counters.steps - first >= self._settings.max_steps:
-                        raise self._failure(-1)
-                    result = self._solve(self._t_end, "onestep")
-                    self.counters.steps += result.t > self._t
-                    self._t = result.t
+            while self._t < t and time.monotonic() < deadline:
+                if tried >= self._settings.max_steps:
+                    raise self._failure(-1)
+                result = self._solve(self._t_end, "onestep")
+                # A step below round-off leaves t where it is, and is none of those that are reported.
+                tried += 1
+                self.counters.steps += result.t > self._t
+                self._t = result.t
             report(min(self._t, t))
-        with self._listening():
-            return self._system.unfold(self._solve(t, "normal").y)
+        return self._system.unfold(self._solve(t, "normal").y)
+
+    def close(self) -> None:
+        """Free the solver, and count what it said; without it that is done where the integration ends."""
+        self._ended = True
+        if self._solver is not None:
+            self._solver.free()
+            lines = self._solver.messages()
+            self.counters.warnings, self.counters.first_warning = len(lines), "".join(lines[:1])
 
     def _solve(self, t: float, method: str) -> Any:
         """One step of the solver ("onestep"), or the interpolated solution at t ("normal")."""
+        assert self._solver is not None
         try:
-            result = self._solver.step(t, method=method)
+            result = self._solver.step(t, method)
         except KeyError as unlisted_flag:
             raise self._failure(int(unlisted_flag.args[0])) from None
         except IntegrationError:
@@ -383,17 +392,8 @@ class SundialsIntegration:
         self.counters.jacobians = result.njev
         if result.status < 0:
             raise self._failure(result.status)
-        self._release()
         return result
 
     def _failure(self, flag: int) -> IntegrationError:
         cure = CURES[self._name].get(flag, f"SUNDIALS returned the flag {flag}; {SETTINGS}")
         return IntegrationError(f"{self._name} gave up at t = {self._t:.6g}: {cure}.", self._t)
-
-    @contextlib.contextmanager
-    def _listening(self) -> Iterator[None]:
-        """Collect what SUNDIALS prints."""
-        with captured_lines() as lines:
-            yield
-        self.counters.warnings += len(lines)
-        self.counters.first_warning = self.counters.first_warning or "".join(lines[:1])

@@ -195,12 +195,13 @@ class _CompactKernel:
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -D1 F - eps D4 u, for a two-way equation with v in place of F for the first component."""
-        damping, work = self._damping.coefficients, self._work.arrays
+        damping, (b, g, f, difference) = self._damping.coefficients, self._work.arrays
         if self._table is None:
-            self._flux.evaluate(state[0], *work[:3])
-            _rates(self._minus_first, self._second, damping, state, *work, out)
+            self._flux.evaluate(state[0], b, g, f)
+            _rates(self._minus_first, self._second, damping, state, b, g, f, difference, out)
         else:
-            _rates_of_power_laws(self._table, self._minus_first, self._second, damping, state, *work, out)
+            table = self._table
+            _rates_of_power_laws(table, self._minus_first, self._second, damping, state, b, g, f, difference, out)
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of u where b has a singular slope."""

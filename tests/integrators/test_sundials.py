@@ -1,6 +1,10 @@
+import logging
 import os
+import shlex
 import subprocess
 import sys
+import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -199,22 +203,99 @@ def test_nan_is_an_error_and_never_a_result() -> None:
     assert 0 < failure.value.t <= 0.1
 
 
-def test_what_sundials_prints_is_kept_from_the_terminal(capfd: pytest.CaptureFixture[str]) -> None:
-    simulation = one_compacton()
-    system = simulation.discretize()
+def test_every_line_of_other_threads_arrives(capfd: pytest.CaptureFixture[str]) -> None:
+    """Printed, logged, or written by C, also by the right-hand side itself; none of them counts as a warning of the solver."""
+    simulation = one_compacton(size=60, length=10)
+    system, state = simulation.discretize(), simulation.initial_state()
+    integrations, ended = [], threading.Event()
 
     def rhs(t: float, state: Array, out: Array) -> None:
+        if t == 0.0:
+            sys.stdout.write("from the right-hand side\n")
         system.rhs(t, state, out)
-        if t > 0.5:
-            os.write(2, b"[WARNING] from C\n")
-            print("[IDASolve] from the wrapper")
 
-    integration = IDA().start(replace(system, rhs=rhs), simulation.initial_state(), 1.0)
-    integration.advance(1.0)
-    printed = capfd.readouterr()
-    assert (printed.out, printed.err) == ("", "")
-    assert integration.counters.warnings > 1
-    assert integration.counters.first_warning == "[WARNING] from C"
+    def integrate(integrator: IDA | CVODE) -> None:
+        own = replace(system, rhs=rhs) if isinstance(integrator, IDA) else identity_mass(replace(system, rhs=rhs))
+        while not ended.is_set():
+            integrations.append(integrator.start(own, state, 0.05))
+            integrations[-1].advance(0.05)
+
+    at_work = [threading.Thread(target=integrate, args=(one,)) for one in (IDA(), CVODE(), IDA(linear_solver="sparse"))]
+    for thread in at_work:
+        thread.start()
+    handler = logging.StreamHandler()
+    for index in range(70):
+        sys.stdout.write(f"printed {index}\n")
+        handler.handle(logging.makeLogRecord({"msg": f"logged {index}"}))
+        os.write(2, f"written {index}\n".encode())
+        time.sleep(2e-3)
+    ended.set()
+    for thread in at_work:
+        thread.join()
+    out, err = (text.splitlines() for text in capfd.readouterr())
+    assert [line for line in out if line.startswith("printed")] == [f"printed {index}" for index in range(70)]
+    assert set(out) == {f"printed {index}" for index in range(70)} | {"from the right-hand side"}
+    assert err == [f"{how} {index}" for index in range(70) for how in ("logged", "written")]
+    assert len(integrations) > 3
+    assert {one.counters.warnings for one in integrations} == {0}
+
+
+WALL = """
+import sys
+import numpy as np
+from mol_compactons import CVODE, IDA, IntegrationError
+from mol_compactons.semidiscrete import SemiDiscretization
+
+rng = np.random.default_rng(0)
+
+def wall(t, y, out):
+    out[:] = -y if t < 0.5 else 1e100 * rng.random(y.shape)
+
+said = []
+for integrator in (CVODE(max_steps=700), IDA(rtol=1e-2, max_steps=700)):
+    system = SemiDiscretization(5, 1, 0, rhs=wall, invariants=lambda state: {})
+    integration = integrator.start(system, np.ones((1, 5)), 2.0)
+    try:
+        integration.advance(2.0)
+    except IntegrationError as error:
+        said.append(f"{integration.counters.warnings} {integration.counters.first_warning[:9]} {error}")
+open(sys.argv[1], "w").write("\\n".join(said))
+"""
+
+
+@pytest.mark.parametrize("streams", ["", "2>&- >/dev/full"])
+def test_streams_that_are_full_or_closed_end_no_run_and_hear_nothing(streams: str, tmp_path: Path) -> None:
+    """Where the solver warns, and gives up; what it said is counted all the same."""
+    command = f"{shlex.join([sys.executable, '-c', WALL, str(tmp_path / 'said')])} {streams}"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    first, second = (tmp_path / "said").read_text().split("\n")
+    assert first.startswith("11 [WARNING] CVODE gave up at t = 0.5: it did not reach")
+    assert second.startswith("1 [IDAHandl IDA gave up at t = 0.5")
+    assert [path.name for path in tmp_path.iterdir()] == ["said"]
+
+
+def test_an_integration_that_has_ended_says_so() -> None:
+    simulation = one_compacton(size=60, length=10)
+    integration = IDA().start(simulation.discretize(), simulation.initial_state(), 0.2)
+    early = integration.advance(0.1)
+    final = integration.advance(0.2)
+    assert np.array_equal(integration.advance(0.2), final)
+    assert not np.array_equal(early, final)
+    with pytest.raises(IntegrationError, match=r"ended at t = 0\.2.* cannot go to t = 0\.3"):
+        integration.advance(0.3)
+
+
+def test_a_report_that_raises_ends_an_integration() -> None:
+    def interrupt(t: float) -> None:
+        raise KeyboardInterrupt
+
+    simulation = one_compacton(size=60, length=10)
+    integration = IDA().start(simulation.discretize(), simulation.initial_state(), 0.2)
+    with pytest.raises(KeyboardInterrupt):
+        integration.advance(0.1, interrupt)
+    with pytest.raises(IntegrationError, match="ended at t"):
+        integration.advance(0.2)
 
 
 @pytest.mark.parametrize(
