@@ -228,7 +228,7 @@ class SundialsIntegration:
 
     def _maker(self, state: Array, rate: Array) -> Callable[[], Any]:
         """What makes a solver with all its options."""
-        ida, cvode = import_sundae()
+        sundae = import_sundae()
         settings, system = self._settings, self._system
         # The norm of SUNDIALS is a mean over the grid, which would allow the more of an error the emptier the grid is.
         dilution = math.sqrt(occupied_share(state))
@@ -254,8 +254,8 @@ class SundialsIntegration:
             options["sparsity"] = system.sparsity
             options["jacfn"] = self._ida_jacobian(diagonals) if self._name == "IDA" else self._cvode_jacobian(diagonals)
         if self._name == "IDA":
-            return partial(ida.IDA, self._residual, **options)
-        return partial(cvode.CVODE, self._right_hand_side, **options)
+            return partial(sundae.ida.IDA, self._residual, **options)
+        return partial(sundae.cvode.CVODE, self._right_hand_side, **options)
 
     def _order_and_tolerance(self, state: Array, rate: Array) -> tuple[int, float]:
         """The largest order, and the tolerance of the local error that makes the error of the run follow rtol."""
@@ -268,14 +268,12 @@ class SundialsIntegration:
         return order, steepened(settings.rtol, 1 / order) * RIPPLE_SHARE ** ripple_persistence(self._system, state, rate)
 
     def _krylov_options(self) -> dict[str, Any]:
-        from sksundae.cvode import CVODEJacTimes, CVODEPrecond
-
-        linear = KrylovCallbacks(self._system)
+        cvode, linear = import_sundae().cvode, KrylovCallbacks(self._system)
         return {
             "linsolver": "gmres",
             "krylov_dim": KRYLOV_DIMENSION,
-            "precond": CVODEPrecond(linear.set_up_preconditioner, linear.precondition),
-            "jactimes": CVODEJacTimes(None, linear.multiply),
+            "precond": cvode.CVODEPrecond(linear.set_up_preconditioner, linear.precondition),
+            "jactimes": cvode.CVODEJacTimes(None, linear.multiply),
         }
 
     def _count(self, t: float) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.errors import require
 from mol_compactons.integrators.base import Counters
+from mol_compactons.runtime.capture import import_sundae
 from mol_compactons.waves.base import LocalizedWave
 
 if TYPE_CHECKING:
@@ -204,10 +205,8 @@ def _version(package: str) -> str:
 @cache
 def source() -> str:
     """The program and the libraries that compute, with their versions."""
-    from sksundae import SUNDIALS_VERSION
-
     libraries = ", ".join(f"{name} {_version(name)}" for name in LIBRARIES)
-    return f"mol_compactons {_version('mol_compactons')} (SUNDIALS {SUNDIALS_VERSION}, {libraries})"
+    return f"mol_compactons {_version('mol_compactons')} (SUNDIALS {import_sundae().SUNDIALS_VERSION}, {libraries})"
 
 
 def outlines(simulation: Simulation) -> list[WaveOutline]:

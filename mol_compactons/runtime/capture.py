@@ -58,18 +58,19 @@ def _warn(message: str, category: type[Warning] | None = None) -> None:
         warnings.warn(message, category, stacklevel=2)
 
 
-def import_sundae() -> tuple[Any, Any]:
-    """The modules ``sksundae.ida`` and ``sksundae.cvode``, which speak to whom listens."""
+def import_sundae() -> Any:
+    """The package ``sksundae``, which speaks to whom listens; nobody else in this program imports it."""
     with _changing_the_environment:
         if "sksundae" not in sys.modules:
             builtins.print = _say
         try:
-            from sksundae import _cy_cvode, _cy_ida, cvode, ida
+            import sksundae
+            from sksundae import _cy_cvode, _cy_ida
         finally:
             if builtins.print is _say:
                 builtins.print = _print
         _cy_cvode.warn = _cy_ida.warn = _warn
-    return ida, cvode
+    return sksundae
 
 
 class Messages:

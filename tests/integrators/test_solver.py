@@ -11,8 +11,6 @@ from mol_compactons.runtime.capture import import_sundae
 
 
 def test_freeing_completes_its_messages_though_the_frames_of_an_error_hold_it() -> None:
-    _, cvode = import_sundae()
-
     rng, calls = np.random.default_rng(0), []
 
     def wall(t: float, y: Any, rate: Any) -> None:
@@ -21,7 +19,7 @@ def test_freeing_completes_its_messages_though_the_frames_of_an_error_hold_it() 
             raise ValueError("often enough")
         rate[:] = -y if t < 0.5 else 1e100 * rng.random(y.size)
 
-    solver = Solver(lambda: cvode.CVODE(wall, rtol=1e-2, atol=1e-4), fragile=False)
+    solver = Solver(lambda: import_sundae().cvode.CVODE(wall, rtol=1e-2, atol=1e-4), fragile=False)
     solver.begin(np.ones(1))
 
     def go() -> None:

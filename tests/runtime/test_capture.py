@@ -2,11 +2,13 @@
 
 import ctypes
 import os
+import re
 import sys
 import tempfile
 import threading
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +28,7 @@ def in_c(name: str) -> bytes | None:
 
 def run_into_a_wall(messages: Messages) -> list[str]:
     """How the lines begin that CVODE and IDA say at a jump: the one warns, the other gives up."""
-    ida, cvode = import_sundae()
+    sundae = import_sundae()
     rng = np.random.default_rng(0)
 
     def rate(t: float, y: Any, out: Any) -> None:
@@ -38,7 +40,7 @@ def run_into_a_wall(messages: Messages) -> list[str]:
 
     start = np.ones(1)
     with messages.heard():
-        for make, how, initial in ((cvode.CVODE, rate, (start,)), (ida.IDA, residual, (start, -start))):
+        for make, how, initial in ((sundae.cvode.CVODE, rate, (start,)), (sundae.ida.IDA, residual, (start, -start))):
             solver = make(how, rtol=1e-2, atol=1e-4)
             with messages.logged():
                 solver.init_step(0.0, *initial)
@@ -61,6 +63,12 @@ def test_the_log_and_what_is_printed_are_heard_and_reach_no_stream(capfd: pytest
     assert capfd.readouterr() == ("", "")
     assert dict(os.environ) == before
     assert [in_c(name) for name in LOG_VARIABLES] == [None, None]
+
+
+def test_nothing_else_imports_what_must_find_our_print() -> None:
+    package = Path(capture.__file__).parent.parent
+    found = [path for path in package.rglob("*.py") if re.search(r"(from|import) sksundae", path.read_text(encoding="utf-8"))]
+    assert found == [Path(capture.__file__)]
 
 
 def test_only_the_thread_that_listens_is_heard(capsys: pytest.CaptureFixture[str]) -> None:
