@@ -101,15 +101,15 @@ def test_modes_are_eigenvectors_of_the_map_by_differences() -> None:
 @pytest.mark.parametrize(
     ("scheme", "largest"),
     [
-        (PadeScheme("ismail_taha"), 1.067031),
-        (PadeScheme("de_frutos"), 1.191471),
-        (PadeScheme("pade_6"), 1.233931),
-        (PadeScheme("pade_8"), 1.223123),
+        (PadeScheme("ismail_taha"), 1.026571),
+        (PadeScheme("de_frutos"), 1.085904),
+        (PadeScheme("pade_6"), 1.186294),
+        (PadeScheme("pade_8"), 1.178496),
     ],
 )
 def test_the_largest_multipliers_of_the_four_stencils_on_a_coarse_grid(scheme: PadeScheme, largest: float) -> None:
-    """N = 160, h = 0.1; those of the literature, at h = 0.02, take longer."""
-    dataset = orbit(wave(scheme, size=160))
+    """N = 100, h = 0.16; those of the literature, at h = 0.02, take longer."""
+    dataset = orbit(wave(scheme, size=100))
     assert float(dataset.modulus[0]) == pytest.approx(largest, abs=2e-6)
     assert dataset.attrs["verdict"] == "unstable"
     # Its mode is a sawtooth at the front edge, near to -1.
@@ -117,7 +117,7 @@ def test_the_largest_multipliers_of_the_four_stencils_on_a_coarse_grid(scheme: P
     mode = np.hypot(dataset.mode_real, dataset.mode_imag).values[0, 0]
     assert float(dataset.x[mode.argmax()]) == pytest.approx(8 + 2 * np.pi, abs=0.5)
     power = np.abs(np.fft.fft((dataset.mode_real + 1j * dataset.mode_imag).values[0, 0])) ** 2
-    assert power[np.abs(np.fft.fftfreq(160)) > 1 / 3].sum() > 0.5 * power.sum()
+    assert power[np.abs(np.fft.fftfreq(100)) > 1 / 3].sum() > 0.5 * power.sum()
 
 
 @pytest.mark.slow
@@ -172,8 +172,10 @@ def test_the_sixth_order_in_time_finds_the_same_within_the_bars() -> None:
     assert abs(float(finer.modulus[0] - ismail_taha().modulus[0])) < bar
 
 
-@pytest.mark.parametrize("n", [2, 3])
-@pytest.mark.parametrize("order", [2, 4, 6])
+@pytest.mark.parametrize(
+    ("order", "n"),
+    [(2, 3), (4, 2), *(pytest.param(order, n, marks=pytest.mark.slow) for order, n in [(2, 2), (4, 3), (6, 2), (6, 3)])],
+)
 def test_the_conservative_scheme_of_the_granular_equation_is_stable(n: float, order: Literal[2, 4, 6]) -> None:
     """1.0000 on the ring, where a compact scheme that keeps no momentum is far outside."""
     length = 20 if n == 2 else 12

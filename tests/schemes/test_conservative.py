@@ -101,7 +101,8 @@ def one_wave(n: float, length: float, order: Order, integrator: CVODE | Midpoint
 
 
 @pytest.mark.parametrize(
-    ("n", "length", "order", "bound"), [(3, 30, 6, 2e-3), (2, 30, 4, 8e-5), (1.5, 40, 4, 8e-5), (3, 30, 4, 3e-3)]
+    ("n", "length", "order", "bound"),
+    [(3, 30, 6, 2e-3), (2, 30, 4, 8e-5), (1.5, 40, 4, 8e-5), pytest.param(3, 30, 4, 3e-3, marks=pytest.mark.slow)],
 )
 def test_one_compacton_without_any_viscosity(n: float, length: float, order: Order, bound: float) -> None:
     """t = 14, N = 300: the error, mass to round-off with the analytic Jacobian, Q to the tolerance of the integrator."""

@@ -79,6 +79,7 @@ def test_an_unresolved_family_is_not_called_converged() -> None:
     assert tree["summary"]["verdict"].sel(quantity="profile").item() == "not converged"
 
 
+@pytest.mark.slow
 def test_the_viscous_compact_scheme_on_bright_dark_is_not_called_converged() -> None:
     simulation = assign(scenarios.load("bright_dark"), {"integrator.rtol": "1e-4", "frames": "61", "t_end": "30"})
     family = Family(sizes=(200, 250, 300), schemes=(CompactScheme("wide"),), viscosities=(2e-3, 1e-3))
