@@ -177,8 +177,9 @@ def wave(components: int, height: float) -> Array:
 
 
 @pytest.mark.usefixtures("_restless")
+@pytest.mark.parametrize("rounds", [1, pytest.param(50, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("name", "integrator"), RUNS, ids=lambda one: one if isinstance(one, str) else type(one).__name__)
-def test_integrations_may_share_a_semi_discretisation(name: str, integrator: Integrator) -> None:
+def test_integrations_may_share_a_semi_discretisation(name: str, integrator: Integrator, rounds: int) -> None:
     system = system_of(name)
 
     def final(height: float) -> Array:
@@ -188,8 +189,9 @@ def test_integrations_may_share_a_semi_discretisation(name: str, integrator: Int
 
     heights = [0.5 + 0.1 * index for index in range(THREADS)]
     expected = [final(height) for height in heights]
-    found = at_once([lambda height=height: final(height) for height in heights])  # type: ignore[misc]
-    assert [np.array_equal(one, other) for one, other in zip(found, expected, strict=True)] == [True] * THREADS
+    for _ in range(rounds):
+        found = at_once([lambda height=height: final(height) for height in heights])  # type: ignore[misc]
+        assert [np.array_equal(one, other) for one, other in zip(found, expected, strict=True)] == [True] * THREADS
 
 
 @pytest.mark.usefixtures("_restless")

@@ -1,1 +1,1 @@
-"""What the program needs of the machine: the compilation of its kernels."""
+"""What the program needs of the machine: compiled kernels, room that threads do not share, and what C libraries say."""

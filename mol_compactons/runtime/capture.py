@@ -27,12 +27,13 @@ NEEDLESS_WARNING = "Custom sparse Jacobian approximation"
 _print = print
 
 _changing_the_environment = threading.RLock()
-# A process forked meanwhile would keep the variables, and wait for the lock for ever.
-os.register_at_fork(
-    before=_changing_the_environment.acquire,
-    after_in_parent=_changing_the_environment.release,
-    after_in_child=_changing_the_environment.release,
-)
+if hasattr(os, "register_at_fork"):
+    # A process forked meanwhile would keep the variables, and wait for the lock for ever.
+    os.register_at_fork(
+        before=_changing_the_environment.acquire,
+        after_in_parent=_changing_the_environment.release,
+        after_in_child=_changing_the_environment.release,
+    )
 
 
 class _Listener(threading.local):
@@ -80,6 +81,7 @@ class Messages:
         self._printed: list[str] = []
         self._logged: list[str] = []
         self._log: IO[bytes] | None = None
+        self._read = 0
 
     @contextlib.contextmanager
     def heard(self) -> Iterator[None]:
@@ -93,7 +95,7 @@ class Messages:
     @contextlib.contextmanager
     def logged(self) -> Iterator[None]:
         """Keep the log of a solver of SUNDIALS that is made inside."""
-        self._log = _nameless_file()
+        self._log, self._read = _nameless_file(), 0
         place = os.devnull
         if self._log is not None:
             place = _place_of(self._log)
@@ -113,8 +115,11 @@ class Messages:
     def lines(self) -> list[str]:
         """All lines so far. The logger keeps some back, a few thousand characters at most, until its solver is freed."""
         if self._log is not None:
-            text = self._log.read().decode(errors="replace")
-            self._logged += [line.strip() for line in text.splitlines() if line.strip()]
+            # Where a name of the file means the same open file, its position is that of the logger.
+            file = self._log.fileno()
+            text = os.pread(file, os.fstat(file).st_size - self._read, self._read)
+            self._read += len(text)
+            self._logged += [line.strip() for line in text.decode(errors="replace").splitlines() if line.strip()]
         return self._logged + self._printed
 
 
