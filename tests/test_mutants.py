@@ -169,6 +169,17 @@ def test_good_tests_notice_and_poor_ones_do_not(small_repository: Path, tmp_path
     expected = [noticed, Verdict("survived"), Verdict("reached by no test")]
     assert [shop.try_out(file, fault, patience=10) for fault in faults] == expected
     assert [(root / file).read_text() for root in (shop.tree, small_repository)] == [COUNTING, COUNTING]
+    assert [test.file for test in shop.tests] == ["tests/test_counting.py"] * 2
+    assert Workshop(small_repository, shop.folder, shop.records, ["tests/test_c"]).tests == []
+
+
+def test_tests_that_are_left_aside_need_not_be_known(small_repository: Path, tmp_path: Path) -> None:
+    shop, hurried = (Workshop(small_repository, tmp_path, tmp_path / "records", without) for without in ((), ("tests/slow",)))
+    (small_repository / "tests/slow").mkdir()
+    (small_repository / "tests/slow/test_all.py").write_text("")
+    refresh(small_repository, shop.tree)
+    assert shop.unknown() == ["tests/slow/test_all.py", "tests/test_counting.py"]
+    assert hurried.unknown() == ["tests/test_counting.py"]
 
 
 def test_near_and_quick_tests_come_first(tmp_path: Path) -> None:

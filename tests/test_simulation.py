@@ -28,6 +28,7 @@ from mol_compactons import (
 from mol_compactons.assignment import assign
 from mol_compactons.cli.scenarios import listing, load
 from mol_compactons.integrators import IDA
+from mol_compactons.simulation import speed_of
 from tests.systems import one_compacton, relative_error
 
 simulations = st.builds(
@@ -142,3 +143,11 @@ def test_where_not_all_of_the_data_are_waves_the_speed_is_that_of_a_wave_as_high
     assert height == pytest.approx(3.5, rel=1e-2)
     ratio = lifted.scheme.viscosities[1] / alone.scheme.viscosities[1]
     assert ratio == pytest.approx(height**2 / 2 / 0.125)
+
+
+@pytest.mark.parametrize(("size", "speed"), [(7, 1.0), (8, 2.0)])
+def test_eight_points_tell_the_speed_of_a_wave(size: int, speed: float) -> None:
+    """For n = 3, sqrt(c + A cos x) is a wave of the speed c; with fewer points none is known, and 1 is taken."""
+    grid = Grid(2 * np.pi, size)
+    found = speed_of(GranularCompacton(3), grid, np.sqrt(2 + 0.01 * np.cos(grid.x))[None])
+    assert found == pytest.approx(speed, rel=0.2)

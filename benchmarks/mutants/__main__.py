@@ -8,7 +8,8 @@ is as likely as any other. Prints each fault that no test notices, and the share
 
 With -o FILE.csv the outcomes are written down as they come, and those that stand there already are not tried again, but for
 those that survived with --again. The same seed gives the same faults for the same sources. The first time, all tests run once
-to record what each of them reaches, which takes a quarter of an hour; two hundred faults take about an hour.
+to record what each of them reaches, which takes a quarter of an hour; two hundred faults take about an hour. In a hurry the
+slowest tests can be left aside with --without tests/outside and the like, and the survivors be tried --again with all.
 """
 
 from __future__ import annotations
@@ -131,7 +132,7 @@ def try_all(mutants: Sequence[Mutant], ledger: Ledger, options: argparse.Namespa
     waiting = [one for one in mutants if ledger.verdict(one) is None]
     shops: SimpleQueue[Workshop] = SimpleQueue()
     for number in range(options.jobs):
-        shop = Workshop(ROOT, options.folder / str(number), options.folder / "reach")
+        shop = Workshop(ROOT, options.folder / str(number), options.folder / "reach", options.without)
         shop.prepare()
         shops.put(shop)
     begin = time.monotonic()
@@ -190,6 +191,9 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--jobs", type=int, default=1, help="how many at a time; default %(default)s")
     made.add_argument(
         "--only", action="append", default=[], metavar="PREFIX", help="files whose path begins so; may be repeated"
+    )
+    made.add_argument(
+        "--without", action="append", default=[], metavar="PREFIX", help="leave the tests aside whose path begins so"
     )
     made.add_argument("--minutes", type=float, default=float("inf"), help="begin no other fault after this time")
     made.add_argument("--patience", type=float, default=60, help="seconds of tests for each fault; default %(default)s")

@@ -70,3 +70,15 @@ class Relaxing:
             {"t": times, "wave": np.arange(2)},
             {} if simulation is None else {"simulation": simulation},
         )
+
+
+def with_a_third(start: float, tracks: xr.Dataset) -> xr.Dataset:
+    """A third wave of the speed 2 that meets nobody."""
+    third = tracks.isel(wave=[0]).assign_coords(wave=[2]).copy(deep=True)
+    third["position"] = third.position.copy(data=(start + 2 * tracks.t.values)[:, None])
+    third["isolated"] = third.isolated.copy(data=np.ones((tracks.sizes["t"], 1), dtype=bool))
+    third["width"] = third.width.copy(data=np.full((tracks.sizes["t"], 1), SUPPORT / 2))
+    third["height"] = third.height.copy(data=np.full((tracks.sizes["t"], 1), 3.0))
+    joined = xr.concat([tracks, third], "wave", data_vars="minimal")
+    joined["position"].attrs = tracks["position"].attrs
+    return joined

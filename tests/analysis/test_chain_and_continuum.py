@@ -126,6 +126,7 @@ def test_the_scale_is_the_width_of_the_compacton() -> None:
             "with a linear term does not follow",
         ),
         (lambda: continuum_of(replace(chain(), initial=[Compacton(-1, 20)])), "waves to the right only"),
+        (lambda: continuum_of(replace(chain(), initial=[Compacton(1, 10), Compacton(-1, 30)])), "waves to the right only"),
         (
             lambda: two_way_continuum_of(replace(chain(), equation=GranularChain(PowerContact(1.5), compression=0.5))),
             "without compression",

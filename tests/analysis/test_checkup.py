@@ -210,6 +210,7 @@ def test_what_is_no_result_is_refused(sound: xr.Dataset) -> None:
         check_up(xr.Dataset())
     with pytest.raises(InputError, match="holds no frame"):
         check_up(sound.isel(t=slice(0, 0)))
+    assert verdict_on(sound.isel(t=slice(0, 1)), "mass") == "agrees"
 
 
 def test_a_case_without_its_classes_is_looked_at_all_the_same(sound: xr.Dataset) -> None:

@@ -22,11 +22,12 @@ from mol_compactons import (
     Symplectic,
     run,
 )
-from mol_compactons.analysis.collisions import family_speeds, first_collision, readings
+from mol_compactons.analysis.collisions import family_speeds, first_collision, least_change, readings
 from mol_compactons.analysis.flights import SHORTEST_FLIGHT
 from mol_compactons.analysis.settling import FEWEST_FRAMES
 from mol_compactons.analysis.tracking import track
 from tests.analysis.painted import GRID, painted
+from tests.analysis.relaxing import Relaxing
 
 
 @pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (1, -1), (-1, 1)])
@@ -203,6 +204,20 @@ def test_a_misfit_is_an_error_of_reading() -> None:
     noisy = readings(noises | {"phase_shift_noise": 1.0, "speed_noise": 2.0, "incoming_noise": 3.0}, heights, 0.0, 10.0)
     assert noisy == {"phase_shift_reading": 8.0, "speed_reading": 4.0, "height_reading": 0.0}
     assert readings(noises | {"incoming_noise": np.nan}, heights, 0.0, 10.0) == exact
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_speed_and_a_height_that_do_not_belong_together_have_to_change(sign: int) -> None:
+    """By 1/10 of the speed 1/4, and so by up to 2/10 of the height; the place goes with it."""
+    change = least_change(8.0, 0.25, 0.375, sign * 0.025)
+    assert change == pytest.approx({"phase_shift": sign * 0.2, "speed": sign * 0.025, "height": sign * 0.075})
+    assert set(least_change(8.0, 0.25, 0.375, np.nan).values()) == {0.0}
+    tracks = Relaxing(t_end=120).tracks()
+    tracks = tracks.assign(residual=0 * tracks.height, family_speed=tracks.speed - sign * 0.025)
+    collision = first_collision(tracks)
+    assert collision.speed_settling.values == pytest.approx([0.025, 0.025])
+    assert collision.height_settling.values == pytest.approx([0.05 * 1.5, 0.2 * 0.375])
+    assert (collision.phase_shift_settling > 1).all()
 
 
 def test_the_misfit_is_that_of_the_settled_time() -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mol_compactons.analysis.collisions import first_collision
 from mol_compactons.analysis.flights import free_flights
-from tests.analysis.relaxing import MOMENT, SPEEDS, SUPPORT, Relaxing
+from tests.analysis.relaxing import MOMENT, SPEEDS, SUPPORT, Relaxing, with_a_third
 
 FAST, SLOW = 0, 1
 
@@ -45,18 +45,6 @@ def test_the_next_meeting_on_the_ring_ends_the_flight_of_the_slow_wave() -> None
     tracks = Relaxing(shifts=(0.0, 0.0), length=length, t_end=110.0).tracks()
     met_again = MOMENT + (length - 4.5) / (SPEEDS[FAST] - SPEEDS[SLOW])
     assert end(tracks, SLOW) == pytest.approx(met_again, abs=0.3)
-
-
-def with_a_third(start: float, tracks: xr.Dataset) -> xr.Dataset:
-    """A third wave of the speed 2 that meets nobody."""
-    third = tracks.isel(wave=[FAST]).assign_coords(wave=[2]).copy(deep=True)
-    third["position"] = third.position.copy(data=(start + 2 * tracks.t.values)[:, None])
-    third["isolated"] = third.isolated.copy(data=np.ones((tracks.sizes["t"], 1), dtype=bool))
-    third["width"] = third.width.copy(data=np.full((tracks.sizes["t"], 1), SUPPORT / 2))
-    third["height"] = third.height.copy(data=np.full((tracks.sizes["t"], 1), 3.0))
-    joined = xr.concat([tracks, third], "wave", data_vars="minimal")
-    joined["position"].attrs = tracks["position"].attrs
-    return joined
 
 
 def test_a_wave_that_took_no_part_runs_into_what_others_left_behind() -> None:
@@ -107,3 +95,17 @@ def test_a_wave_without_a_first_flight_has_no_path() -> None:
     tracks = Relaxing().tracks()
     tracks["isolated"][0] = False
     assert free_flights(tracks) == [None, None]
+
+
+@given(st.integers(8, 24), st.integers(3, 20))
+def test_waves_meet_in_the_middle_of_the_time_in_which_they_are_not_seen(last: int, hidden: int) -> None:
+    """Two on a ring of 9.3 with the speeds 3 and 2 are at one place at t = 20 and every 9.3 before and after."""
+    times, period = np.arange(60.0), 9.3
+    tracks = Relaxing(t_end=15.0).tracks().isel(t=slice(0, 60)).assign_coords(t=times)
+    tracks["position"] = (("t", "wave"), 40 + np.outer(times - 20, (3.0, 2.0)), {"period": period})
+    tracks["width"] = tracks.width.copy(data=np.ones((60, 2)))
+    tracks["isolated"] = tracks.isolated.copy(data=np.repeat((times <= last) | (times >= last + hidden), 2).reshape(60, 2))
+    middle = last + hidden / 2
+    nearest = 20 + period * round((middle - 20) / period)
+    paths = free_flights(tracks)
+    assert [path.moment for path in paths if path is not None] == pytest.approx([nearest] * 2)

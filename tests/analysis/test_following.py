@@ -41,6 +41,15 @@ def test_the_speed_of_free_flight_is_that_of_the_last_places_or_of_the_height() 
     assert wave.width == PEAK.support
 
 
+def test_of_a_flight_that_bends_the_last_five_places_give_the_speed() -> None:
+    """Of k^2 at the times k, from 3 to 7, the line of least squares has the slope in their middle, 10."""
+    wave = Followed(1, 0.0, 0.0, 1.0, 2.0)
+    for index in range(8):
+        wave.take(index, float(index), replace(PEAK, position=float(index**2)), 600.0)
+        wave.remember(index, float(index))
+    assert wave.speed == pytest.approx(10)
+
+
 def test_a_gap_in_the_flight_ends_it() -> None:
     wave = Followed(1, 0.0, 1.0, 1.0, 2.0)
     for index in (0, 1, 2, 5):
@@ -88,6 +97,18 @@ def test_a_new_peak_may_be_away_for_some_frames(absent: int, waves: int) -> None
     for index in [*range(40, 43), *range(43 + absent, 46 + absent)]:
         result.W[index] += shape(GRID.offset(40 + 0.32 * float(result.t[index])))
     assert len(followers(result)) == waves
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_a_wave_that_wanes_is_known_by_the_height_that_it_had_last(size: float) -> None:
+    """It falls to a tenth of its height, whatever that is, and slows down as it does."""
+    result, equation, place = painted(2, [(Compacton(size, 10), 0, 0)], t_end=30 / size), GranularCompacton(2), 10.0
+    speeds = size * np.geomspace(1, 0.1, 161)
+    for index, speed in enumerate(speeds):
+        result.W[index] = equation.compacton(speed)(GRID.offset(place))
+        place += speed * float(result.t[1])
+    (wave,) = followers(result)
+    assert [wave.seen[index].height for index in range(161)] == pytest.approx(1.5 * speeds)
 
 
 def test_waves_of_one_sign_are_named_by_their_heights_after_they_met() -> None:

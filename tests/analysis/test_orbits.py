@@ -137,6 +137,22 @@ def test_what_is_no_orbit_is_said() -> None:
         close(system, np.zeros((1, 80)), Period(grid.spacing))
 
 
+@pytest.mark.parametrize(("missed", "closed"), [(0.7e-9, True), (1.5e-9, False)])
+def test_an_orbit_closes_to_a_thousand_millionth_of_its_size(missed: float, closed: bool) -> None:
+    """A state of the size 3 that drifts as a whole, which no correction mends."""
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        out[:] = 3 * missed
+
+    drifting = SemiDiscretization(size=4, components=1, reach=0, rhs=rhs, invariants=lambda state: {})
+    state = np.array([[3.0, 1.0, -2.0, 0.5]])
+    if closed:
+        assert close(drifting, state, Period(1.0, 0, 2)).residual == pytest.approx(missed, rel=1e-5)
+    else:
+        with pytest.raises(InputError, match=r"it misses itself by 1\.5e-09 of its size"):
+            close(drifting, state, Period(1.0, 0, 2))
+
+
 def test_of_two_unequal_waves_the_nearest_orbit_is_one_of_two_equal_ones() -> None:
     equation, grid, scheme = WAVES[0]
     two = Simulation(equation, grid, [Compacton(1, 5), Compacton(0.8, 15)], 1.0, scheme)

@@ -143,6 +143,20 @@ def test_profile_and_speed_make_a_compacton(narrower: float, faster: float, exac
     assert tracks.compacton.values.all() == tracks.compacton.values.any() == exact
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_bright_and_dark_waves_of_the_first_frame_are_told_apart(known: bool) -> None:
+    """By their signs alone where the class of the equation is not loaded, and so no speed is known."""
+    result = of_own_data(two())
+    if not known:
+        result.attrs["simulation"] = result.attrs["simulation"].replace('"GranularCompacton"', '"elsewhere:Own"')
+    tracks = track(result)
+    assert tracks.position.values[0] == pytest.approx([12, 42], abs=1e-2)
+    assert tracks.position.values[-1] == pytest.approx([22, 45], abs=1e-2)
+    assert tracks.height.values == pytest.approx(np.array([[1.5, -0.45]] * 161), rel=1e-2)
+    assert tracks.first_seen.values.tolist() == [0, 0]
+    assert (tracks.attrs["lost"], tracks.attrs["doubtful"]) == ("", "")
+
+
 def test_a_turned_field_turns_the_heights() -> None:
     bright, dark = (track(painted(3, [(Compacton(1, 10.03, sign), 0, 0)], t_end=10)) for sign in (1, -1))
     assert bright.height.values == pytest.approx(2**0.5, rel=1e-9)
@@ -211,6 +225,25 @@ def test_lost_waves_are_named() -> None:
     tracks = track(result)
     assert tracks.attrs["lost"] == "Wave 1 is lost after t = 5: where it should be there is no peak of about its height."
     assert np.isnan(tracks.position[81:, 1]).all()
+
+
+@pytest.mark.parametrize(("away", "lost"), [(160, "Wave 1 is lost after t = 9.9375"), (159, "")])
+def test_the_last_frame_tells_whether_a_wave_is_lost(away: int, lost: str) -> None:
+    result = painted(3, [(Compacton(1, 10), 0, 0), (Compacton(0.25, 30, -1), 0, 0)], t_end=10)
+    result["W"][away] = result["W"][away].clip(min=0)
+    tracks = track(result)
+    assert tracks.attrs["lost"].partition(":")[0] == lost
+    assert np.flatnonzero(np.isnan(tracks.position[:, 1])).tolist() == [away]
+
+
+@pytest.mark.parametrize("apart", [-0.02, 0.02])
+def test_a_wave_that_may_hide_in_the_last_frame_alone_is_not_lost(apart: float) -> None:
+    """The supports, 2 pi wide, begin to overlap between the last two frames."""
+    result = painted(3, [(Compacton(1, 10), 0, 0), (Compacton(0.25, 17.5 + 2 * np.pi + apart, -1), 0, 0)], t_end=10)
+    result["W"][160] = result["W"][160].clip(min=0)
+    tracks = track(result)
+    assert tracks.isolated.values[:160].all()
+    assert bool(tracks.attrs["lost"]) == (apart > 0)
 
 
 def test_a_wave_in_a_collision_is_not_lost() -> None:

@@ -87,6 +87,14 @@ class Soft(Exponential):
         return np.asarray(-factor * np.expm1(-z))
 
 
+@dataclass(frozen=True)
+class Linear(Exponential):
+    """F = z."""
+
+    def force(self, z: Array, factor: Array) -> Array:
+        return factor * z
+
+
 @given(st.floats(1e-6, 1e6), st.floats(0.1, 10))
 def test_any_law_has_its_static_compression(push: float, factor: float) -> None:
     stress = Exponential().static_compression(push, np.array([1.0, factor]))
@@ -98,6 +106,9 @@ def test_more_than_the_contacts_can_hold_is_refused() -> None:
     assert Soft().static_compression(0.5, ONE) == pytest.approx(np.log(2))
     with pytest.raises(InputError, match=r"compression = 2 is more than its contacts can hold; choose a lower one"):
         Soft().static_compression(2.0, ONE)
+    with pytest.raises(InputError, match=r"compression = 1e\+62 is more than its contacts can hold"):
+        Linear().static_compression(1e62, ONE)
+    assert Linear().static_compression(1e59, ONE) == pytest.approx(1e59)
     with pytest.raises(InputError, match="compression is for laws that resist it"):
         PowerContact(2, kind="rarefaction").static_compression(1.0, ONE)
 

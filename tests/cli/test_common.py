@@ -1,6 +1,12 @@
 from __future__ import annotations
 
 import argparse
+import fcntl
+import os
+import struct
+import sys
+import termios
+import time
 from pathlib import Path
 
 import numpy as np
@@ -114,3 +120,19 @@ def test_the_progress_bar_reaches_the_end_and_goes(capfd: pytest.CaptureFixture[
     with common.progress_bar(4.0, quiet=False):
         pass
     assert "%" not in capfd.readouterr().err
+
+
+def test_the_progress_bar_is_as_wide_as_the_terminal_even_if_that_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    keyboard, screen = os.openpty()
+    widths = []
+    with os.fdopen(screen, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        with common.progress_bar(4.0, quiet=False) as report:
+            for t, columns in enumerate((60, 100, 80)):
+                fcntl.ioctl(screen, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
+                report(float(t))
+                terminal.flush()
+                widths.append(len(os.read(keyboard, 10_000).decode().rpartition("\r")[2].rstrip()))
+                time.sleep(0.12)
+    os.close(keyboard)
+    assert np.diff(widths).tolist() == [40, -20]

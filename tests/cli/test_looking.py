@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,20 @@ def test_info_says_what_is_in_a_result(result: str, capsys: pytest.CaptureFixtur
         "initial: Compacton(speed=1, center=5.5, sign=1)",
         "initial: Compacton(speed=0.25, center=15.5, sign=1)",
     ]
+
+
+def test_info_shows_the_beginning_of_a_long_wave(result: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with xr.open_dataset(result) as dataset:
+        long = dataset.load().copy()
+    settings = json.loads(long.attrs["simulation"])
+    settings["initial"] = [{"type": "elsewhere:Wave", "text": "x" * 200}]
+    long.attrs["simulation"] = json.dumps(settings)
+    long.to_netcdf("long.nc")
+    assert main(["info", "long.nc"]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("initial: ")]
+    shown = line.removeprefix("initial: ")
+    assert shown.startswith("elsewhere:Wave(text='xxx")
+    assert len(shown) == 120
 
 
 def test_plot_draws_beside_the_result_or_where_it_is_told(result: str, capsys: pytest.CaptureFixture[str]) -> None:

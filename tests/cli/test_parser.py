@@ -124,6 +124,15 @@ def test_a_closed_pipe_is_no_error() -> None:
     assert done.stderr == ""
 
 
+def test_a_pipe_that_is_closed_before_the_first_word_is_none_either(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is printed is known to have gone, or to go nowhere, when the command returns."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as pipe:
+        monkeypatch.setattr(sys, "stdout", pipe)
+        assert main(["scenarios"]) == 0
+
+
 @pytest.mark.parametrize(
     ("place", "arguments", "words"),
     [

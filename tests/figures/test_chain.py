@@ -19,6 +19,7 @@ from mol_compactons import (
     run,
 )
 from mol_compactons.figures import side_by_side
+from tests.figures.arrangement import places
 
 RATES: Any = ("derivative", "site_difference")
 
@@ -38,6 +39,7 @@ def test_dots_on_a_line_at_each_time_and_their_distance() -> None:
     comparison = compare(run(chain), continuum)
     figure = side_by_side(comparison, continuum, times=(0, 1.5))
     first, second, last = figure.axes
+    assert places(figure) == [(0, 0), (1, 0), (2, 0)]
     line, dots = first.lines
     assert np.array_equal(np.asarray(dots.get_xdata()), np.arange(40))
     assert np.array_equal(np.asarray(dots.get_ydata()), comparison.R.values[0])

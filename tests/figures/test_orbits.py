@@ -5,6 +5,7 @@ import pytest
 
 from mol_compactons import Compacton, Grid, PadeScheme, RosenauHyman, Simulation, orbit
 from mol_compactons.figures import orbit_overview
+from tests.figures.arrangement import places
 
 
 def test_the_multipliers_the_circle_the_wave_and_the_mode_are_drawn() -> None:
@@ -12,6 +13,7 @@ def test_the_multipliers_the_circle_the_wave_and_the_mode_are_drawn() -> None:
     dataset = orbit(Simulation(equation, Grid(16, 60), [Compacton(1, 8)], 1, PadeScheme("pade_8")))
     figure = orbit_overview(dataset)
     left, right = figure.axes
+    assert places(figure) == [(0, 0), (0, 1)]
     circle, dots = left.lines
     across, up = (np.asarray(data) for data in (circle.get_xdata(), circle.get_ydata()))
     assert np.hypot(across, up) == pytest.approx(np.ones(across.size))

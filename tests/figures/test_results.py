@@ -19,6 +19,7 @@ from mol_compactons import (
 )
 from mol_compactons.analysis.drift import drift
 from mol_compactons.figures.results import PROFILES, overview, waterfall
+from tests.figures.arrangement import places
 from tests.systems import one_compacton
 
 
@@ -27,6 +28,7 @@ def test_the_overview_draws_profiles_and_drifts() -> None:
     dataset = run(one_compacton(frames=101))
     figure = overview(dataset)
     left, right = figure.axes
+    assert places(figure) == [(0, 0), (0, 1)]
     assert len(left.lines) == PROFILES
     assert {line.get_label() for line in right.lines} == {"mass", "momentum", "energy"}
     first = left.lines[0].get_ydata()

@@ -5,12 +5,14 @@ import pytest
 
 from mol_compactons.analysis.stability import StabilityStudy, report
 from mol_compactons.figures import stability_overview
+from tests.figures.arrangement import places
 
 
 def test_the_functional_and_the_eigenvalues_of_the_report_are_drawn() -> None:
     dataset = report(StabilityStudy(n=3, sizes=(20, 40, 80)))
     figure = stability_overview(dataset)
     left, right = figure.axes
+    assert places(figure) == [(0, 0), (0, 1)]
     curve = left.lines[0]
     factor, functional = (np.asarray(data) for data in (curve.get_xdata(), curve.get_ydata()))
     assert np.array_equal(functional, dataset.functional.values)

@@ -5,6 +5,7 @@ import pytest
 
 from mol_compactons import CompactScheme, ConservativeScheme, Family, judge
 from mol_compactons.figures import convergence_overview
+from tests.figures.arrangement import places
 from tests.studies.by_hand import spacing, study
 
 
@@ -14,6 +15,8 @@ def test_the_distances_of_the_ladder_are_drawn_against_the_spacing() -> None:
     quantities = tree["ladder"].to_dataset()["quantity"].values.tolist()
     panels = {axes.get_title().split(":")[0]: axes for axes in figure.axes if axes.get_title()}
     assert list(panels) == quantities
+    assert places(figure) == [(0, column) for column in range(4)]
+    assert len(quantities) <= 4
     (line, *others) = [line for line in panels["profile"].lines if line.get_marker() == "o"]
     h, distance = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
     assert h.tolist() == [0.5, 0.25, 0.125]

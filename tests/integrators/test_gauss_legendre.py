@@ -250,3 +250,28 @@ def test_it_stands_in_json_and_repeats_itself() -> None:
 def test_bad_settings_are_named(fields: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         GaussLegendre(**fields)
+
+
+def test_a_step_of_many_iterations_asks_for_a_new_matrix() -> None:
+    """The Jacobian is said to be zero, so that each iteration divides the error by the same factor."""
+    seen = set()
+    for rate in np.geomspace(1e-3, 0.1, 20):
+        integration = GaussLegendre(step=1.0).start(decaying(float(rate)), np.ones((1, 4)), 2.0)
+        integration.advance(1.0)
+        before, iterations = integration.counters.jacobians, integration.counters.evaluations // 2
+        integration.advance(2.0)
+        seen.add(iterations)
+        assert integration.counters.jacobians - before == (iterations > 8)
+    assert {8, 9} <= seen
+
+
+def decaying(rate: float) -> SemiDiscretization:
+    """y' = -rate y, with a Jacobian that is wrong."""
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        out[:] = -rate * state
+
+    def jacobian(t: float, state: Array, out: Array) -> None:
+        out[:] = 0
+
+    return SemiDiscretization(size=4, components=1, reach=1, rhs=rhs, jacobian=jacobian, invariants=lambda state: {})

@@ -5,7 +5,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from mol_compactons import InputError, IntegrationError, Midpoint, run
+from mol_compactons import FourierScheme, GranularCompacton, Grid, InputError, IntegrationError, Midpoint, run
 from mol_compactons.analysis.drift import drift
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array, fitted_order, one_compacton, relative_error
@@ -98,3 +98,43 @@ def test_a_step_that_does_not_converge_says_so() -> None:
 def test_bad_settings_are_named(fields: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         Midpoint(**fields)
+
+
+def test_a_matrix_that_is_known_by_its_products_is_taken_in_the_middle_of_the_step() -> None:
+    grid = Grid(2 * np.pi, 24)
+    system = FourierScheme(dealias=False).discretize(GranularCompacton(3), grid)
+    asked: list[float] = []
+
+    def product(t: float, state: Array, vector: Array, out: Array) -> None:
+        asked.append(t)
+        assert system.jacobian_vector is not None
+        system.jacobian_vector(t, state, vector, out)
+
+    state = (2 + 0.3 * np.cos(grid.x))[None]
+    Midpoint(step=0.01).start(replace(system, jacobian_vector=product), state, 0.03).advance(0.03)
+    assert sorted(set(np.round(asked, 12))) == [0.005, 0.015, 0.025]
+
+
+def test_a_step_of_many_iterations_asks_for_a_new_matrix() -> None:
+    """The Jacobian is said to be zero, so that each iteration divides the error by the same factor."""
+    seen = set()
+    for rate in np.geomspace(1e-4, 0.02, 20):
+        integration = Midpoint(step=1.0).start(decaying(float(rate)), np.ones((1, 4)), 2.0)
+        integration.advance(1.0)
+        before, iterations = integration.counters.jacobians, integration.counters.evaluations
+        integration.advance(2.0)
+        seen.add(iterations)
+        assert integration.counters.jacobians - before == (iterations > 5)
+    assert {5, 6} <= seen
+
+
+def decaying(rate: float) -> SemiDiscretization:
+    """y' = -rate y, with a Jacobian that is wrong."""
+
+    def rhs(t: float, state: Array, out: Array) -> None:
+        out[:] = -rate * state
+
+    def jacobian(t: float, state: Array, out: Array) -> None:
+        out[:] = 0
+
+    return SemiDiscretization(size=4, components=1, reach=1, rhs=rhs, jacobian=jacobian, invariants=lambda state: {})

@@ -30,6 +30,7 @@ from mol_compactons.chain.chain import GranularChain
 from mol_compactons.chain.nearest_neighbours import NearestNeighbours
 from mol_compactons.grid import Lattice
 from mol_compactons.integrators.scales import damping_ratio, order_for_damping
+from mol_compactons.integrators.sundials import SundialsIntegration
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array, one_compacton
 
@@ -128,6 +129,18 @@ def test_a_sparse_run_that_ends_before_it_began_does_not_crash() -> None:
     root = Path(__file__).parent.parent.parent
     done = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "IntegrationError\n"), done.stderr
+
+
+def test_a_solver_is_let_go_with_its_run() -> None:
+    """Once it has factored a matrix a sparse one is held by no more than a banded one."""
+    holders = []
+    for linear_solver in ("band", "sparse"):
+        simulation = one_compacton(integrator=IDA(linear_solver=linear_solver))
+        integration = simulation.integrator.start(simulation.discretize(), simulation.initial_state(), 1.0)
+        integration.advance(0.1)
+        assert isinstance(integration, SundialsIntegration)
+        holders.append(sys.getrefcount(integration._solver))
+    assert holders[0] == holders[1]
 
 
 def test_frames_do_not_change_the_steps() -> None:

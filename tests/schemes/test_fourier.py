@@ -45,6 +45,16 @@ def test_the_product_with_the_jacobian_is_the_derivative(n: float, dealias: bool
     assert np.allclose(product, (ahead - behind) / (2 * step), atol=1e-6 * np.abs(product).max())
 
 
+def test_the_energy_is_that_of_the_wave_to_round_off() -> None:
+    """Int (phi_x^2 - phi^2) / (n+1), phi = W^((n+1)/2)."""
+    n, grid = 2.5, Grid(2 * np.pi, 64)
+    state = (2 + 0.5 * np.cos(grid.x))[None]
+    phi, slope = state[0] ** ((n + 1) / 2), -(n + 1) / 2 * state[0] ** ((n - 1) / 2) * 0.5 * np.sin(grid.x)
+    for dealias in (False, True):
+        found = FourierScheme(dealias).discretize(GranularCompacton(n), grid).invariants(state)["energy"]
+        assert found == pytest.approx(grid.spacing * float((slope**2 - phi**2).sum()) / (n + 1), rel=1e-12)
+
+
 def test_on_a_smooth_wave_the_error_falls_exponentially() -> None:
     errors = []
     for size in (16, 32, 64):

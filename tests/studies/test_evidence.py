@@ -25,11 +25,12 @@ from mol_compactons import (
 )
 from mol_compactons.studies.convergence import converge
 from mol_compactons.studies.evidence import Evidence, gather
+from mol_compactons.studies.extrapolation import SAFETY
 from mol_compactons.studies.family import Member
 from mol_compactons.studies.judgement import CONVERGED, NOT_CONVERGED
 from mol_compactons.studies.outcome import Outcome, outcome_of
 from tests.analysis.relaxing import SUPPORT, Relaxing
-from tests.studies.by_hand import COLLISION, collision_study, spacing, study
+from tests.studies.by_hand import COLLISION, LENGTH, UNIT, collision_study, exact, spacing, study
 
 BOTH = (ConservativeScheme(), CompactScheme())
 ASYMPTOTIC = {
@@ -146,6 +147,26 @@ def test_viscosities_that_change_nothing_are_one() -> None:
     assert "only one viscosity" in gathered(study(lambda member: spacing(member) ** 2, family, whisper=0.0)).gaps
     found = gathered(study(lambda member: spacing(member) ** 2 + 1e-9 * member.viscosity, family, whisper=0.0))
     assert "only one viscosity" not in found.gaps
+
+
+def test_of_many_viscosities_the_smallest_counts() -> None:
+    """Its grids, its tolerances and its value, and no more of the viscosity where it is none."""
+    irregular = {60: 0.0, 120: 0.1, 240: 0.3}
+
+    def deviation(member: Member) -> float:
+        if member.viscosity:
+            return irregular[member.size] + member.viscosity
+        return 1e-3 * spacing(member) ** 2 + member.tolerance - 1e-6
+
+    for viscosities in ((1e-3, 0.0), (4e-3, 1e-3, 0.0), (4e-3, 2e-3, 1e-3, 0.0)):
+        family = Family(schemes=(ConservativeScheme(),), viscosities=viscosities, tolerances=(1e-5, 1e-6))
+        found = gathered(study(deviation, family))
+        assert (found.irregularities, found.gaps) == ((), ())
+        assert found.rate == pytest.approx(2, rel=1e-3)
+        assert np.linalg.norm(found.value) == pytest.approx(exact(), rel=1e-6)
+        fine = 1e-3 * ((LENGTH / 120) ** 2 - (LENGTH / 240) ** 2) * UNIT
+        expected = {"space": SAFETY * fine / 3, "time": 9e-6 * UNIT, "viscosity": 0.0, "settling": 0.0, "reading": 0.0}
+        assert found.budget == pytest.approx(expected, rel=1e-3)
 
 
 def chain_study(step: float, frames: int) -> xr.DataTree:

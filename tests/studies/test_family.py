@@ -154,7 +154,9 @@ def test_the_step_that_is_taken_gives_the_same_run() -> None:
     [
         (lambda: Family(sizes=(60, 60)), "sizes = 60, 60 holds a value twice"),
         (lambda: Family(viscosities=(-1,)), "is negative"),
+        (lambda: Family(viscosities=(1e-3,), grid_viscosities=(0.1, -1)), "is negative"),
         (lambda: Family(tolerances=(0,)), "is not positive"),
+        (lambda: Family(tolerances=(1e-5, 0)), "is not positive"),
         (lambda: Family(accuracy=2), "accuracy = 2 must lie between 0 and 1"),
         (lambda: Family(schemes=(CompactScheme(), CompactScheme())), "holds a value twice"),
         (lambda: Family(sizes=(10, 20)).completed(chain()), "sizes is not to be varied: a chain has no grid to refine"),

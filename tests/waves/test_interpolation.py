@@ -75,6 +75,14 @@ def test_the_shortest_wave_goes_through_the_data_too(points: int, finer: int, se
     assert np.ptp(found, axis=1) == pytest.approx([1e-6, 1e-6], rel=1e-6)
 
 
+def test_each_row_is_interpolated_as_suits_it_only_where_all_are_smooth() -> None:
+    """A step beside a cosine: none of both swings over, as the series of a step does."""
+    places = np.linspace(0, LENGTH, 30, endpoint=False)
+    rows = np.array([np.cos(2 * np.pi * places / LENGTH), np.sign(places - 3)])
+    for given_rows in (rows, rows[::-1]):
+        assert np.abs(periodic(places, given_rows, Grid(LENGTH, 90))).max() <= 1 + 1e-12
+
+
 def test_data_are_smooth_where_the_last_third_of_their_spectrum_is_gone() -> None:
     """Of 30 points waves up to the 10th may be strong: they come back on a finer grid as cosines; the 11th is rough."""
     places, grid = np.linspace(0, LENGTH, 30, endpoint=False), Grid(LENGTH, 90)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from mol_compactons import (
@@ -13,9 +13,10 @@ from mol_compactons import (
     Grid,
 )
 from mol_compactons.integrators.linear.band import FoldedLU
-from mol_compactons.integrators.linear.cyclic_band import CyclicLU
+from mol_compactons.integrators.linear.cyclic_band import LARGEST_GROWTH, CyclicLU
 from mol_compactons.integrators.linear.newton import BandedMatrix
 from tests.integrators.linear.rings import random_jacobian, system_with
+from tests.systems import Array
 
 shapes = st.tuples(st.integers(0, 10**6), st.integers(1, 2), st.integers(1, 4), st.integers(0, 40))
 
@@ -113,3 +114,30 @@ def test_an_infinite_entry_is_refused_wherever_it_stands() -> None:
             jacobian = 0.01 * random_jacobian(1, 1, 3, 40)
             jacobian[0, 0, diagonal, cell] = np.inf
             assert not CyclicLU(system_with(jacobian)).factor(jacobian, 0.5)
+
+
+def growth(matrix: Array, border: int) -> float:
+    """The largest entry of L times that of U where all but the border is eliminated, relative to the largest of the matrix."""
+    rest, lower, upper = matrix.copy(), 0.0, 1.0
+    for pivot in range(len(matrix) - border):
+        column, row = rest[pivot:, pivot].copy(), rest[pivot, pivot + 1 :] / rest[pivot, pivot]
+        lower, upper = max(lower, np.abs(column).max()), max(upper, np.abs(row).max())
+        rest[pivot + 1 :, pivot + 1 :] -= np.outer(column[1:], row)
+    return float(lower * upper / np.abs(matrix).max())
+
+
+@given(st.integers(0, 10**6), st.integers(1, 2), st.integers(5, 12), st.floats(0.1, 3), st.sampled_from([1, 1e-3, 1e3]))
+@settings(max_examples=300)
+def test_it_refuses_growth_wherever_it_is(seed: int, reach: int, size: int, exponent: float, scale: float) -> None:
+    """At any scale: few entries beside the diagonal, and one small pivot, after which some entries of L or U are large."""
+    rng = np.random.default_rng(seed)
+    matrix = random_jacobian(seed, 1, reach, size) * (rng.random((1, 1, 2 * reach + 1, size)) < 0.4)
+    matrix[0, 0, reach] = 1
+    matrix[0, 0, reach, rng.integers(size - reach)] = 10**-exponent
+    matrix *= scale
+    identity = np.zeros_like(matrix)
+    identity[0, 0, reach] = 1
+    system = system_with(identity - matrix)
+    expected = growth(np.eye(size) - system.dense(identity - matrix), reach)
+    assume(abs(np.log(expected / LARGEST_GROWTH)) > 1e-6)
+    assert CyclicLU(system)._factor_as_cut(identity - matrix, 1.0) == (expected < LARGEST_GROWTH)

@@ -117,6 +117,17 @@ def test_gmres_reduces_the_residual_as_far_as_it_says() -> None:
     assert np.linalg.norm(left) < 10 * INNER_TOLERANCE * np.linalg.norm(residual)
 
 
+def test_gmres_leaves_a_thousandth_of_any_residual() -> None:
+    system, state, jacobian = fourier()
+    matrix, gamma, shares = KrylovMatrix(system), 1e-2, []
+    assert matrix.factor(0.0, state, gamma)
+    for seed in range(20):
+        residual = random_state(seed, 1, 24)
+        left = residual - matrix.solve(0.0, state, residual) @ (np.eye(24) - gamma * jacobian).T
+        shares.append(float(np.linalg.norm(left) / np.linalg.norm(residual)))
+    assert 5e-4 < max(shares) <= 1e-3
+
+
 def test_the_callbacks_of_cvode_multiply_and_precondition() -> None:
     """In folded order: the product with df/dy, and the inverse of I - gamma J of the companion."""
     system, state, jacobian = fourier()
