@@ -24,7 +24,7 @@ def case(family: str, index: int) -> tuple[tolerances.Problem, Array]:
 
 def followed(family: str, index: int, integrator: Integrator) -> bool:
     problem, reference = case(family, index)
-    return tolerances.follows(integrator, problem.errors(integrator, reference))
+    return problem.follows(integrator, problem.errors(integrator, reference))
 
 
 @pytest.mark.parametrize(
@@ -55,6 +55,19 @@ def test_a_wave_of_its_own_shape(family: str, integrator: Integrator) -> None:
 )
 def test_a_smooth_wave_and_a_collision(integrator: Integrator, index: int) -> None:
     assert followed("conservative, order 2, damped" if index == 2 else "conservative, order 2", index, integrator)
+
+
+@pytest.mark.parametrize("integrator", [Symplectic(order=4), Symplectic(order=6)])
+def test_waves_that_meet_show_the_formal_order_where_no_contact_opens(integrator: Integrator) -> None:
+    assert followed("chain, prestressed", 1, integrator)
+
+
+def test_an_opening_contact_limits_the_order_of_a_fixed_step() -> None:
+    problem, reference = case("chain, Hertz", 1)
+    errors = problem.errors(Symplectic(order=6), reference)
+    assert problem.follows(Symplectic(order=6), errors)
+    assert problem.order(Symplectic(order=6), errors) < 4
+    assert not tolerances.Problem("smooth", problem.simulation).follows(Symplectic(order=6), errors)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
