@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 from mol_compactons import figures
 from mol_compactons.analysis import (
+    CollisionOver,
     ScalingMap,
     check_up,
     compare,
@@ -46,6 +47,7 @@ from mol_compactons.running import run
 from mol_compactons.schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, PadeScheme, Scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
+from mol_compactons.stop_rules import BlowUp, DriftBound, SteadyState, StopRule, WallClock
 from mol_compactons.studies import Family, converge, judge, report
 from mol_compactons.waves import Compacton, Formula, LocalizedWave, PeriodicWave, Ripple, Samples, Uniform, Wave
 
@@ -54,14 +56,17 @@ __version__ = version("mol_compactons")
 __all__ = [
     "CVODE",
     "IDA",
+    "BlowUp",
     "CentralScheme",
     "ChainCompacton",
+    "CollisionOver",
     "CompactScheme",
     "Compacton",
     "ConservativeScheme",
     "ContactLaw",
     "Counters",
     "CustomEquation",
+    "DriftBound",
     "Equation",
     "Family",
     "Formula",
@@ -93,8 +98,11 @@ __all__ = [
     "SemiDiscretization",
     "Simulation",
     "SolitaryWave",
+    "SteadyState",
+    "StopRule",
     "Symplectic",
     "Uniform",
+    "WallClock",
     "Wave",
     "__version__",
     "check_up",

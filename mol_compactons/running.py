@@ -1,26 +1,42 @@
-"""Taking a simulation through time into a recorder."""
+"""Taking a simulation through time into a recorder, from its beginning or from where an earlier run was."""
 
 from __future__ import annotations
 
-import signal
-import threading
+import contextlib
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import Report, no_report
+from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.integrators.base import CanBeClosed, Integration, Integrator, Memory, RemembersItself, Report, no_report
+from mol_compactons.results import checkpoint
+from mol_compactons.results.checkpoint import Checkpoint
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
-from mol_compactons.results.schema import cost_attributes, layout_of
+from mol_compactons.results.schema import COMPLETE, Layout, cost_attributes, layout_of, source
+from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.simulation import Simulation
+from mol_compactons.stop_rules import StopRule, Watcher
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from mol_compactons.results.resuming import Earlier
+
+CHECKPOINT_SECONDS = 10.0
+"""How often a run into a file can be gone on from."""
+
+ALIVE_SECONDS = 5.0
+"""How often a run shows in its file that it goes on."""
+
+Array = NDArray[np.float64]
+
+Observe = Callable[[float, Array], None]
+"""Called with an output time and a view of the state there."""
 
 
 def run(
@@ -28,6 +44,10 @@ def run(
     path: str | Path | None = None,
     *,
     overwrite: bool = False,
+    resume: bool = False,
+    keep_checkpoints: bool = False,
+    stop: Sequence[StopRule] = (),
+    observe: Observe | None = None,
     report: Report = no_report,
 ) -> xr.Dataset:
     """Integrate a simulation and return its frames as a labelled Dataset.
@@ -40,7 +60,19 @@ def run(
         A NetCDF file. Frames stream into it while the run goes on, and the Dataset returned reads from it lazily. Without
         a path the frames stay in memory.
     overwrite : bool
-        Whether a file that exists may be replaced.
+        Whether a file that exists may be replaced. It stays until the first new frames are safe.
+    resume : bool
+        Whether to go on from the file, if there is one: from its last checkpoint, or from its last frame. A file that is
+        complete goes on to the `t_end` that is asked for, with frames as dense; if nothing is left to do, nothing is done.
+        With an integrator of ``exact_restart`` the result is that of an uninterrupted run, bit for bit, otherwise to the
+        tolerance.
+    keep_checkpoints : bool
+        Whether the checkpoints beside the file stay when the run is complete.
+    stop : sequence of StopRule
+        Rules that end the run before its last time; the status says which did.
+    observe : callable, optional
+        Called at each output time, the first included, with t and a view of the state, shape (components, size), which it
+        must not change.
     report : callable, optional
         Called now and then with the time reached.
 
@@ -53,7 +85,8 @@ def run(
     Raises
     ------
     InputError
-        If the file cannot be written, or the integrator cannot take the system; nothing is written then.
+        If the file cannot be written, the integrator cannot take the system, or the run cannot go on from the file; nothing
+        is written then.
     IntegrationError
         If the integrator gives up. The frames up to there are in the file, or in the error's attribute `dataset`.
 
@@ -66,36 +99,234 @@ def run(
     >>> dataset.W.dims, dataset.sizes["x"], dataset.attrs["status"]
     (('t', 'x'), 120, 'complete')
     """
+    require(not resume or path is not None, "resume goes on from a file; give its path.")
+    target = None if path is None else Path(path)
+    if resume and target is not None and target.exists():
+        from mol_compactons.results.resuming import look_for_earlier
+
+        earlier = look_for_earlier(target, simulation)
+        if earlier.is_enough:
+            return earlier.dataset
+        course = _going_on(earlier, target)
+    else:
+        course = _from_the_start(simulation, target, overwrite)
+    course.watch_with([rule.begin(course.system, course.t, course.state) for rule in stop], observe)
+    with stopping_on_signals(report) as watch:
+        return course.run(watch, keep_checkpoints)
+
+
+def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool) -> Course:
     from mol_compactons.results.netcdf import NetCDFRecorder
 
     system = simulation.discretize()
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
+    layout = _layout(simulation, state)
+    recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, path, overwrite)
+    if path is not None:
+        checkpoint.discard(path)
+    course = Course(simulation, path, integration, recorder)
+    course.record(0.0, state)
+    return course
+
+
+def _going_on(earlier: Earlier, path: Path) -> Course:
+    from mol_compactons.results.netcdf import NetCDFRecorder
+    from mol_compactons.results.resuming import from_last_frame
+
+    simulation = earlier.simulation
+    system, integrator = simulation.discretize(), simulation.integrator
+    began = earlier.checkpoint or from_last_frame(earlier)
+    # From a frame alone, no integrator has what it remembers.
+    method = integrator.resume if earlier.checkpoint else lambda *others: Integrator.resume(integrator, *others)
+    integration = method(system, began.memory, simulation.t_end)
+    integration.counters = began.counters
+    layout = _layout(simulation, simulation.initial_state())
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    layout.attributes["history"] = f"{earlier.history}\n{now}: went on from t = {began.t:.6g} by {source().split(' (')[0]}"
+    recorder = NetCDFRecorder(layout, path, overwrite=True)
+    with earlier.dataset as dataset:
+        recorder.take_over(dataset, began.frames)
+    return Course(simulation, path, integration, recorder, began)
+
+
+def _layout(simulation: Simulation, state: Array) -> Layout:
+    system = simulation.discretize()
     names = list(_numbers(system.invariants(state))), list(_numbers(system.diagnostics(state)))
-    layout = layout_of(simulation, *names, system.magnitudes(state))
-    recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, Path(path), overwrite)
+    return layout_of(simulation, *names, system.magnitudes(state))
 
-    def record(t: float, state: NDArray[np.float64]) -> None:
-        recorder.append(t, state, _numbers(system.invariants(state) | system.diagnostics(state)))
 
-    started = time.process_time()
-    status, failure = "interrupted at t = 0", None
-    try:
-        record(0.0, state)
-        with stopping_on_signals(report) as watch:
-            watch(0.0)
-            for t in simulation.times[1:]:
-                state = integration.advance(t, watch)
-                record(t, state)
-                status = f"interrupted at t = {t:.6g}"
-        status = "complete"
-    except IntegrationError as error:
-        status, failure = f"failed at t = {error.t:.6g}: {error}", error
-    finally:
-        recorder.close(cost_attributes(status, integration.counters, time.process_time() - started))
-    if failure:
-        raise IntegrationError(str(failure), failure.t, recorder.dataset())
-    return recorder.dataset()
+class _Stop(Exception):  # noqa: N818  # no error: a rule ends the run
+    """The status of a run that a rule has ended."""
+
+
+class Course:
+    """A run on its way: what has been recorded, and what it needs to go on.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        What is run.
+    path : Path or None
+        Where to.
+    integration : Integration
+        It stands between two steps.
+    recorder : Recorder
+        It has the frames so far.
+    began : Checkpoint, optional
+        Where it went on from.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        path: Path | None,
+        integration: Integration,
+        recorder: Recorder,
+        began: Checkpoint | None = None,
+    ) -> None:
+        self._simulation, self._path, self._integration, self._recorder = simulation, path, integration, recorder
+        self.system = simulation.discretize()
+        self._watchers: Sequence[Watcher] = ()
+        self._observe: Observe | None = None
+        self._recorded = began.frames if began else 0
+        self._latest: Memory = began.memory if began else {}
+        self.t = began.t if began else 0.0
+        self._seconds_before = began.seconds if began else 0.0
+        self._started = time.process_time()
+        self._saved = self._shown = time.monotonic()
+        self._checkpoints = 0
+
+    @property
+    def state(self) -> Array:
+        """The state at `t`, shape (components, size)."""
+        return np.asarray(self._latest["state"])
+
+    def watch_with(self, watchers: Sequence[Watcher], observe: Observe | None) -> None:
+        """Let others look at what comes, and say when to stop."""
+        self._watchers, self._observe = watchers, observe
+        if self._recorded == 1:
+            self._show(self.t, self.state)
+
+    def record(self, t: float, state: Array) -> None:
+        """Take a frame."""
+        self.t, self._latest = t, {"t": np.array(t), "state": state}
+        self._recorder.append(t, state, _numbers(self.system.invariants(state) | self.system.diagnostics(state)))
+        self._recorded += 1
+        self._show(t, state)
+
+    def _show(self, t: float, state: Array) -> None:
+        if self._observe:
+            view = state.view()
+            view.flags.writeable = False
+            self._observe(t, view)
+
+    def _so_far(self) -> xr.Dataset:
+        self._recorder.sync(self.t)
+        return self._recorder.dataset()
+
+    def _stop_if(self, t: float, reasons: Sequence[str]) -> None:
+        said = [reason for reason in reasons if reason]
+        if said:
+            raise _Stop(f"stopped at t = {t:.6g}: {'; '.join(said)}")
+
+    def run(self, report: Report, keep_checkpoints: bool) -> xr.Dataset:
+        """Go on to the end, and close the recorder, whatever happens."""
+        status, failure = "", None
+        try:
+            report(self.t)
+            for t in self._simulation.times[self._recorded :]:
+                state = self._integration.advance(float(t), self._watching(report))
+                self.record(float(t), state)
+                if self._recorded < self._simulation.frames:
+                    self._stop_if(self.t, [watcher.at_frame(self.t, state, self._so_far) for watcher in self._watchers])
+            status = COMPLETE
+        except _Stop as stop:
+            status = str(stop)
+        except IntegrationError as error:
+            status, failure = f"failed at t = {error.t:.6g}: {error}", error
+        except MemoryError:
+            failure = IntegrationError(NO_MEMORY, self.t)
+            status = f"failed at t = {self.t:.6g}: {NO_MEMORY}"
+        finally:
+            failure = self._close(status, report, failure, keep_checkpoints)
+        if failure:
+            with contextlib.suppress(InputError):
+                failure.dataset = self._recorder.dataset()
+            raise failure
+        return self._recorder.dataset()
+
+    def _watching(self, report: Report) -> Report:
+        """A report that keeps checkpoints as the clock goes."""
+
+        def watch(t: float) -> None:
+            now = time.monotonic()
+            if now - self._shown > ALIVE_SECONDS:
+                self._recorder.alive()
+                self._shown = now
+            if self._path is not None and now - self._saved > CHECKPOINT_SECONDS:
+                self._save(t)
+            self._stop_if(t, [watcher.between(t) for watcher in self._watchers])
+            report(t)
+
+        return watch
+
+    def _save(self, t: float, synced: bool = False) -> None:
+        """Write a checkpoint, with all frames before it safe; a run goes on without one where it cannot be written."""
+        assert self._path is not None
+        if not synced:
+            self._recorder.sync(t)
+        if self._recorder.frames:
+            with contextlib.suppress(InputError):
+                checkpoint.save(self._path, self._checkpoints, self._checkpoint())
+                self._checkpoints += 1
+        self._saved = time.monotonic()
+
+    def _checkpoint(self) -> Checkpoint:
+        own = self._integration.memory() if isinstance(self._integration, RemembersItself) else self._latest
+        return Checkpoint(
+            t=float(own["t"]),
+            frames=self._recorded,
+            memory=own,
+            counters=self._integration.counters,
+            seconds=self._seconds,
+            simulation=self._simulation.to_json(),
+            source=source(),
+        )
+
+    @property
+    def _seconds(self) -> float:
+        return self._seconds_before + time.process_time() - self._started
+
+    def _close(
+        self, status: str, report: Report, failure: IntegrationError | None, keep_checkpoints: bool
+    ) -> IntegrationError | None:
+        """End the recording; what went wrong first is returned."""
+        done = status == COMPLETE
+        if isinstance(self._integration, CanBeClosed):
+            self._integration.close()
+        attributes = cost_attributes(status or f"interrupted at t = {self.t:.6g}", self._integration.counters, self._seconds)
+        memory = self._checkpoint().packed() if self._path is not None else None
+        try:
+            # After a failure the integrator may stand in the middle of a step.
+            if self._path is not None and (not status or status.startswith("stopped")):
+                self._save(self.t)
+        except IntegrationError as error:
+            failure = failure or error
+        try:
+            inside = self._recorder.close(attributes, memory, lambda: report(self.t) if done else None)
+        except IntegrationError as error:
+            return failure or error
+        if self._path is not None and done:
+            if not inside:
+                self._save(self.t, synced=True)
+            elif not keep_checkpoints:
+                checkpoint.discard(self._path)
+        return failure
+
+
+NO_MEMORY = "there was not enough memory; choose a smaller grid.size or fewer frames, or write into a file"
+"""What is said where memory is short."""
 
 
 def _numbers(values: dict[str, float]) -> dict[str, float]:
@@ -103,24 +334,3 @@ def _numbers(values: dict[str, float]) -> dict[str, float]:
     for name, value in values.items():
         require(np.ndim(value) == 0, f"{name} is an array of shape {np.shape(value)} along t; return one number for it.")
     return {name: float(value) for name, value in values.items()}
-
-
-@contextmanager
-def stopping_on_signals(report: Report) -> Iterator[Report]:
-    """A report that raises KeyboardInterrupt after SIGINT or SIGTERM, between two steps and never inside the solver."""
-    if threading.current_thread() is not threading.main_thread():
-        yield report
-        return
-    caught: list[int] = []
-    before = {number: signal.signal(number, lambda n, _: caught.append(n)) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def watch(t: float) -> None:
-        report(t)
-        if caught:
-            raise KeyboardInterrupt
-
-    try:
-        yield watch
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

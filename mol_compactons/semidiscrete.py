@@ -8,8 +8,9 @@ so that the Jacobian, corners included, is an ordinary band matrix.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +113,22 @@ class SemiDiscretization:
         inverse = np.empty_like(self.order)
         inverse[self.order] = np.arange(self.unknowns)
         return inverse
+
+    def from_time(self, origin: float) -> SemiDiscretization:
+        """The same system whose clock begins at an origin; itself where f does not depend on t as such."""
+        if not self.explicit_time:
+            return self
+
+        def shifted(function: Any) -> Any:
+            return None if function is None else lambda t, *others: function(origin + t, *others)
+
+        return replace(
+            self,
+            rhs=shifted(self.rhs),
+            jacobian=shifted(self.jacobian),
+            jacobian_vector=shifted(self.jacobian_vector),
+            companion=None if self.companion is None else self.companion.from_time(origin),
+        )
 
     def fold(self, state: Array, out: Array | None = None) -> Array:
         """A state of shape (components, size) as a vector in folded order, shape (components * size,)."""

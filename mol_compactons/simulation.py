@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
+from fractions import Fraction
 from functools import partial
 from typing import Any, cast
 
@@ -35,6 +37,9 @@ SMALLEST_FOR_SPEED = 8
 
 MOST_FRAMES = 10**7
 """The largest number of output times."""
+
+LARGEST_EXACT = 2**53
+"""Whole numbers below are floats as they are."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +101,10 @@ class Simulation(Settings):
         if self.scheme is None and isinstance(self.equation, Equation):
             object.__setattr__(self, "scheme", self._best_scheme())
         super().__post_init__()
+        require(
+            self.title.encode("utf-8", "replace") == self.title.encode("utf-8", "surrogatepass"),
+            f"title = {self.title!a} holds what no text can hold; choose letters and signs.",
+        )
         require(1e-9 <= self.t_end <= 1e12, f"t_end = {self.t_end:g} must lie between 1e-9 and 1e12.")
         require(
             2 <= self.frames <= MOST_FRAMES,
@@ -143,8 +152,30 @@ class Simulation(Settings):
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """The output times, shape (frames,)."""
-        return np.linspace(0.0, self.t_end, self.frames)
+        """The output times, shape (frames,): multiples of t_end / (frames - 1), each the float next to the exact quotient.
+
+        A simulation that goes on farther with frames as dense has the same times as far as this one goes, to the last bit.
+        """
+        return multiples(Fraction(repr(float(self.t_end))) / (self.frames - 1), self.frames)
+
+    def extended(self, t_end: float) -> Simulation:
+        """The same simulation to another end, with frames as dense.
+
+        Raises
+        ------
+        InputError
+            If the new end is no output time of it.
+        """
+        spacing = Fraction(repr(float(self.t_end))) / (self.frames - 1)
+        count = round(Fraction(repr(float(t_end))) / spacing)
+        longer = replace(self, t_end=t_end, frames=max(count + 1, 2))
+        shared = min(self.frames, longer.frames)
+        require(
+            np.array_equal(longer.times[:shared], self.times[:shared]),
+            f"t_end = {t_end:g} is no multiple of the distance of the frames, {float(spacing):.12g}; choose one, as "
+            f"{self.t_end * max(2, math.ceil(t_end / self.t_end)):.12g}.",
+        )
+        return longer
 
     @property
     def headline(self) -> str:
@@ -180,6 +211,14 @@ class Simulation(Settings):
         simulation = decode(cls, data)
         require(isinstance(simulation, cls), "The JSON does not describe a Simulation.")
         return cast(Simulation, simulation)
+
+
+def multiples(spacing: Fraction, count: int) -> NDArray[np.float64]:
+    """The first multiples of a rational number from 0 on, each the float next to the exact one."""
+    above, below = spacing.numerator, spacing.denominator
+    if above * count < LARGEST_EXACT and below < LARGEST_EXACT:
+        return np.asarray(np.arange(count, dtype=np.float64) * above / below)
+    return np.array([index * above / below for index in range(count)])
 
 
 def brief(settings: Any) -> str:

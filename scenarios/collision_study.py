@@ -24,7 +24,7 @@ from mol_compactons import (
     Simulation,
 )
 from mol_compactons.figures import convergence_overview
-from mol_compactons.results.netcdf import write_tree
+from mol_compactons.results.opening import write_tree
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.studies.convergence import converge
 from mol_compactons.studies.family import Family

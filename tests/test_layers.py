@@ -25,6 +25,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("chain",),
     ("integrators",),
     ("simulation",),
+    ("stop_rules",),
     ("results",),
     ("running",),
     ("analysis",),

@@ -6,10 +6,12 @@ from mol_compactons.analysis.collisions import first_collision
 from mol_compactons.analysis.displacements import displacements
 from mol_compactons.analysis.drift import drift
 from mol_compactons.analysis.scaling import ScalingMap
+from mol_compactons.analysis.stop_rules import CollisionOver
 from mol_compactons.analysis.tracking import track
 from mol_compactons.analysis.wave_orbits import orbit
 
 __all__ = [
+    "CollisionOver",
     "Finding",
     "ScalingMap",
     "check_up",

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 
 from mol_compactons.assignment import assign
 from mol_compactons.cli.scenarios import import_module, load
+from mol_compactons.cli.speaking import remark
 from mol_compactons.errors import InputError
 from mol_compactons.integrators.base import Report, no_report
+from mol_compactons.results.places import written_whole
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -67,8 +69,9 @@ def save(figure: Figure, path: Path) -> None:
     allowed = figure.canvas.get_supported_filetypes()
     if path.suffix.lstrip(".").lower() not in allowed:
         raise InputError(f"{path} has no picture format; end its name in {', '.join(sorted(allowed))}.")
-    figure.savefig(path, dpi=150)
-    print(f"wrote {path}")
+    with written_whole(path) as part:
+        figure.savefig(part, dpi=150)
+    remark(f"wrote {path}")
 
 
 def contents(dataset: xr.Dataset) -> str:
@@ -112,7 +115,10 @@ def cost(dataset: xr.Dataset) -> str:
 
 @contextlib.contextmanager
 def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
-    """A progress bar in simulated time, with its rate and the time left; it appears with the first report."""
+    """A progress bar in simulated time, with its rate and the time left; it appears with the first report.
+
+    A run goes on where it cannot be shown.
+    """
     from tqdm import tqdm
 
     layout = "{desc}{percentage:3.0f}%|{bar}| t = {n:.4g} / {total:.4g}, {rate_fmt}, {remaining} left"
@@ -120,11 +126,13 @@ def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
 
     def report(t: float) -> None:
         nonlocal bar
-        bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
-        bar.update(t - bar.n)
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
+            bar.update(t - bar.n)
 
     try:
         yield no_report if quiet else report
     finally:
         if bar:
-            bar.close()
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                bar.close()

@@ -12,9 +12,11 @@ import numpy as np
 from mol_compactons.analysis.wave_orbits import report_orbit
 from mol_compactons.cli.common import add_import, contents, cost, kept, save
 from mol_compactons.cli.scenarios import import_module, listing
+from mol_compactons.cli.speaking import tell
 from mol_compactons.cli.studies import print_study
 from mol_compactons.errors import InputError
-from mol_compactons.results.netcdf import check_target, open_result, open_study
+from mol_compactons.results.opening import open_result, open_study, status_of
+from mol_compactons.results.places import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,15 +87,16 @@ def _info(options: argparse.Namespace) -> None:
             print_study(Path(options.result))
             return
         if "period" in dataset.attrs:
-            print(*report_orbit(dataset), sep="\n")
+            tell(*report_orbit(dataset))
             return
-        print(dataset.attrs["title"], contents(dataset), kept(dataset), cost(dataset), sep="\n")
+        dataset.attrs["status"] = status_of(dataset, options.result)
+        lines = [str(dataset.attrs["title"]), contents(dataset), kept(dataset), cost(dataset)]
         simulation = json.loads(str(dataset.attrs["simulation"]))
         for field in ("equation", "grid", "scheme", "integrator"):
-            print(f"{field}: {shown(simulation[field])}")
+            lines.append(f"{field}: {shown(simulation[field])}")
         for wave in simulation["initial"]:
-            print(f"initial: {shown(wave)[:LONGEST_LINE]}")
-        print(f"source: {dataset.attrs['source']}", dataset.attrs["history"], sep="\n")
+            lines.append(f"initial: {shown(wave)[:LONGEST_LINE]}")
+        tell(*lines, f"source: {dataset.attrs['source']}", str(dataset.attrs["history"]))
 
 
 def _doctor(options: argparse.Namespace) -> int:
@@ -104,7 +107,7 @@ def _doctor(options: argparse.Namespace) -> int:
     with open_result(Path(options.result)) as dataset:
         findings = check_up(dataset)
     for finding in findings:
-        print(f"{finding.verdict:12} {finding.check}: {finding.sentence}")
+        tell(f"{finding.verdict:12} {finding.check}: {finding.sentence}")
     return int(any(finding.verdict == "contradicts" for finding in findings))
 
 
@@ -116,15 +119,15 @@ def _track(options: argparse.Namespace) -> None:
         import_module(module)
     with open_result(Path(options.result)) as dataset:
         tracks = track(dataset, least_height=options.least_height)
-    print(f"wave {'since':>9}" + "".join(f"{name:>13}" for name in TRACK_COLUMNS) + f"{'compacton':>11}")
+    tell(f"wave {'since':>9}" + "".join(f"{name:>13}" for name in TRACK_COLUMNS) + f"{'compacton':>11}")
     for wave in range(tracks.sizes["wave"]):
-        print(_line_of(tracks.isel(wave=wave)))
+        tell(_line_of(tracks.isel(wave=wave)))
     collisions = first_collision(tracks).dropna("wave", subset=["phase_shift"])
     for wave, shift, moment in zip(*(collisions[name].values for name in ("wave", "phase_shift", "moment")), strict=True):
-        print(f"wave {wave} is {shift:.5g} ahead of its free flight after its first collision, at t = {moment:.5g}")
+        tell(f"wave {wave} is {shift:.5g} ahead of its free flight after its first collision, at t = {moment:.5g}")
     for name in ("lost", "doubtful"):
         if tracks.attrs[name]:
-            print(tracks.attrs[name])
+            tell(str(tracks.attrs[name]))
 
 
 def _line_of(track: xr.Dataset) -> str:
@@ -169,4 +172,4 @@ def _plot(options: argparse.Namespace) -> None:
 
 def _scenarios(options: argparse.Namespace) -> None:
     for name, line in listing().items():
-        print(f"{name:22} {line}")
+        tell(f"{name:22} {line}")

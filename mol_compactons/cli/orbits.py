@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 from mol_compactons.analysis.wave_orbits import orbit, report_orbit
 from mol_compactons.cli.common import add_scenario, save, simulation_of
+from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError
-from mol_compactons.results.netcdf import check_target, write_tree
+from mol_compactons.results.opening import write_tree
+from mol_compactons.results.places import check_target
 
 if TYPE_CHECKING:
     from mol_compactons.cli.common import Commands
@@ -49,11 +51,11 @@ def _orbit(options: argparse.Namespace) -> None:
         around=options.around,
         speed=options.speed,
     )
-    print(*report_orbit(dataset), sep="\n")
+    (remark if path else tell)(*report_orbit(dataset))
     if not path:
         return
     if path.suffix.lower() == ".png":
         save(orbit_overview(dataset), path)
         return
     write_tree(dataset, path)
-    print(f"wrote {path}")
+    remark(f"wrote {path}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -13,9 +14,19 @@ from typing import Any, NoReturn
 from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_scenarios, add_track
 from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
+from mol_compactons.cli.speaking import ListenerLostError, complain, remark
 from mol_compactons.cli.studies import add_converge, add_stability
 from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.runtime.compiled import announcing_compilation
+
+TRACEBACK = "MOL_COMPACTONS_TRACEBACK"
+"""The variable of the environment that asks for the traceback of an error that nobody foresaw."""
+
+BROKEN_PIPE = 13
+"""The number of the signal that ends a program without a listener."""
+
+LAST_STREAM = 2
+"""The number of standard error."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -23,7 +34,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Complain and leave with status 2."""
-        print(f"{self.prog}: {message}; see {self.prog} --help.", file=sys.stderr)
+        complain(f"{message}; see {self.prog} --help.")
         raise SystemExit(2)
 
 
@@ -40,31 +51,62 @@ def parser() -> Parser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line, and return the exit status.
 
-    That is 0 if all is fine, 1 if the solver gave up or a check-up found a contradiction, 2 for bad input, 130 if interrupted.
+    That is 0 if all is fine, 1 if the solver gave up or a check-up found a contradiction, 2 for bad input, 3 for an error that
+    nobody foresaw, 128 and the number of the signal if one ended it, and 141 if nobody listened to what was asked for.
     """
-    options = parser().parse_args(arguments)
-    status: int | None = None
     try:
+        options = parser().parse_args(typed() if arguments is None else arguments)
         with nullcontext() if getattr(options, "quiet", False) else announcing_compilation(_say_that_it_compiles):
-            status = options.handle(options)
-        sys.stdout.flush()
+            return options.handle(options) or 0
+    except ListenerLostError:
+        return 128 + BROKEN_PIPE
     except InputError as error:
-        print(f"mol-compactons: {error}", file=sys.stderr)
+        complain(str(error))
         return 2
     except IntegrationError as error:
-        print(f"mol-compactons: {error}", file=sys.stderr)
+        complain(str(error))
         return 1
     except MemoryError:
-        print("mol-compactons: there is not enough memory; choose a smaller grid.size.", file=sys.stderr)
+        complain("there is not enough memory; choose a smaller grid.size or fewer frames.")
         return 2
-    except KeyboardInterrupt:
-        kept = "the frames written so far are kept" if options.command == "run" else "nothing was written"
-        print(f"mol-compactons: interrupted; {kept}.", file=sys.stderr)
-        return 130
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return status or 0
+    except KeyboardInterrupt as interrupt:
+        complain(f"interrupted; {getattr(interrupt, 'kept', 'nothing was written')}.")
+        return 128 + getattr(interrupt, "number", signal.SIGINT)
+    except Exception as error:
+        if os.environ.get(TRACEBACK):
+            raise
+        complain(
+            f"an error that was not foreseen ({type(error).__name__}: {error}); set {TRACEBACK}=1 to see where, and report it."
+        )
+        return 3
+
+
+def typed() -> list[str]:
+    """What was typed, as UTF-8 also where the locale knows only ASCII."""
+    return [os.fsencode(word).decode("utf-8", "surrogateescape") for word in sys.argv[1:]]
+
+
+def program() -> int:
+    """The command line as a process of its own, whose streams may be closed, full or without a listener."""
+    _fill_missing_descriptors()
+    status = main()
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        try:
+            if stream is not None:
+                stream.flush()
+        except (OSError, ValueError):
+            # Python would try again at its end, and call that a failure.
+            setattr(sys, name, None)
+    return status
+
+
+def _fill_missing_descriptors() -> None:
+    """Let no file take the number of a standard stream that is closed, to which libraries print."""
+    while (number := os.open(os.devnull, os.O_RDWR)) <= LAST_STREAM:
+        pass
+    os.close(number)
 
 
 def _say_that_it_compiles() -> None:
-    print("compiling the kernels, which takes some seconds and is done once", flush=True)
+    remark("compiling the kernels, which takes some seconds and is done once")

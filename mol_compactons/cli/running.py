@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from mol_compactons.assignment import assign
 from mol_compactons.cli.common import add_scenario, contents, cost, kept, progress_bar, simulation_of
+from mol_compactons.cli.scenarios import import_module
+from mol_compactons.cli.speaking import remark
+from mol_compactons.configuration import Settings
 from mol_compactons.errors import InputError
-from mol_compactons.results.netcdf import check_target
+from mol_compactons.results.places import check_target
 from mol_compactons.running import run
+from mol_compactons.stop_rules import StopRule
 
 if TYPE_CHECKING:
     from mol_compactons.cli.common import Commands
+
+
+@dataclass(frozen=True)
+class _Ends(Settings):
+    """What may end a run early."""
+
+    rules: Sequence[StopRule] = ()
 
 
 def add_run(commands: Commands) -> None:
@@ -20,7 +35,19 @@ def add_run(commands: Commands) -> None:
     parser = commands.add_parser("run", help="integrate a scenario, or repeat a result, into a NetCDF file")
     add_scenario(parser)
     parser.add_argument("-o", "--output", metavar="FILE.nc", help="where to write (default: the scenario's name)")
-    parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    existing = parser.add_mutually_exclusive_group()
+    existing.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    existing.add_argument(
+        "--resume", action="store_true", help="go on from a file that exists, to its end or to a later one (--set t_end=...)"
+    )
+    parser.add_argument("--keep-checkpoints", action="store_true", help="leave the checkpoints beside a file that is complete")
+    parser.add_argument(
+        "--stop",
+        action="append",
+        default=[],
+        metavar="RULE",
+        help="end the run early: 'WallClock(seconds=3600)', CollisionOver, BlowUp, 'DriftBound(bound=1e-4)', SteadyState",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
     parser.set_defaults(handle=_run)
 
@@ -28,11 +55,47 @@ def add_run(commands: Commands) -> None:
 def _run(options: argparse.Namespace) -> None:
     simulation = simulation_of(options)
     path = Path(options.output or f"{Path(options.scenario).stem}.nc")
-    check_target(path, options.overwrite)
+    check_target(path, options.overwrite or options.resume)
     if path.suffix.lower() != ".nc":
         raise InputError(f"{path} must end in .nc: a result is a NetCDF file.")
-    with progress_bar(simulation.t_end, options.quiet) as report:
-        dataset = run(simulation, path, overwrite=options.overwrite, report=report)
-    if not options.quiet:
-        print(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset), sep="\n")
-    dataset.close()
+    rules = assign(_Ends(), {"rules": f"[{', '.join(options.stop)}]"}, import_module).rules
+    before = _when_changed(path)
+    try:
+        with progress_bar(simulation.t_end, options.quiet) as report:
+            dataset = run(
+                simulation,
+                path,
+                overwrite=options.overwrite,
+                resume=options.resume,
+                keep_checkpoints=options.keep_checkpoints,
+                stop=rules,
+                report=report,
+            )
+    except KeyboardInterrupt as interrupt:
+        interrupt.kept = _what_is_kept(options, path, before)  # type: ignore[attr-defined]
+        raise
+    with dataset:
+        if not options.quiet:
+            remark(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset))
+
+
+def _when_changed(path: Path) -> Any:
+    """What tells one file at a path from another."""
+    try:
+        return path.stat().st_ino, path.stat().st_mtime_ns
+    except OSError:
+        return None
+
+
+def _what_is_kept(options: argparse.Namespace, path: Path, before: Any) -> str:
+    """What an interrupted run leaves, and how it goes on."""
+    now = _when_changed(path)
+    if now is None:
+        return "nothing was written"
+    if now == before:
+        return f"{path} is as it was"
+    words = ["mol-compactons", "run", options.scenario, "-o", str(path), "--resume"]
+    for option, values in (("--set", options.changes), ("--import", options.imports)):
+        for value in values:
+            words += [option, value]
+    return f"its frames so far are kept; it goes on with: {shlex.join(words)}"

@@ -14,7 +14,7 @@ from types import ModuleType
 
 from mol_compactons.configuration import did_you_mean
 from mol_compactons.errors import InputError, require
-from mol_compactons.results.netcdf import open_result
+from mol_compactons.results.opening import open_result
 from mol_compactons.simulation import Simulation
 
 SCRIPT_MARK = "__scenario_script__"

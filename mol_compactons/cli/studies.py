@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from mol_compactons.analysis import stability
 from mol_compactons.assignment import assign
 from mol_compactons.cli.common import add_scenario, assignments, save, simulation_of
+from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError
-from mol_compactons.results.netcdf import check_target, open_study, write_tree
+from mol_compactons.results.opening import open_study, write_tree
+from mol_compactons.results.places import check_target
 from mol_compactons.studies.convergence import converge
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.report import report
@@ -64,12 +66,15 @@ def _converge(options: argparse.Namespace) -> None:
     check_target(path, options.overwrite)
     if path.suffix.lower() not in (".nc", ".png"):
         raise InputError(f"{path} must end in .nc, to store the study, or .png, to draw it.")
-    tree = converge(simulation, family, (lambda line: None) if options.quiet else print)
+    tree = converge(simulation, family, (lambda line: None) if options.quiet else remark)
     if path.suffix.lower() == ".nc":
-        write_tree(tree, path)
-        print(*report(tree), f"wrote {path}", sep="\n")
+        try:
+            write_tree(tree, path)
+        finally:
+            remark(*report(tree))
+        remark(f"wrote {path}")
     else:
-        print(*report(tree), sep="\n")
+        remark(*report(tree))
         save(convergence_overview(tree), path)
 
 
@@ -77,7 +82,7 @@ def print_study(path: Path) -> None:
     """Say what is in a study."""
     with open_study(path) as tree:
         members = tree["members"].children.values()
-        print(tree.attrs["title"], *(f"member: {member.attrs['label']}" for member in members), *report(tree), sep="\n")
+        tell(tree.attrs["title"], *(f"member: {member.attrs['label']}" for member in members), *report(tree))
 
 
 def _stability(options: argparse.Namespace) -> None:
@@ -90,11 +95,11 @@ def _stability(options: argparse.Namespace) -> None:
         if path.suffix.lower() not in (".nc", ".png"):
             raise InputError(f"{path} must end in .nc, to store the report, or .png, to draw it.")
     dataset = stability.report(study)
-    print(*stability.verdicts(dataset), sep="\n")
+    (remark if path else tell)(*stability.verdicts(dataset))
     if not path:
         return
     if path.suffix.lower() == ".nc":
         write_tree(dataset, path)
+        remark(f"wrote {path}")
     else:
-        stability_overview(dataset).savefig(path, dpi=150)
-    print(f"wrote {path}")
+        save(stability_overview(dataset), path)

@@ -6,19 +6,22 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol, TypeVar, cast
+from typing import Any, ClassVar, Protocol, TypeVar, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.configuration import Settings
-from mol_compactons.errors import require
+from mol_compactons.errors import IntegrationError, require
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Own = TypeVar("Own", bound="Integrator")
 
 REPORT_INTERVAL = 0.2
 """Seconds between two reports of progress within an output interval."""
+
+Memory = dict[str, NDArray[Any]]
+"""What an integration needs to go on from where it is: arrays by name, the time ``t`` and the ``state`` there among them."""
 
 Report = Callable[[float], None]
 """Called now and then with the time reached."""
@@ -31,6 +34,11 @@ def no_report(t: float) -> None:
 def steps_between(start: float, end: float, step: float) -> int:
     """Into how many equal steps, none longer than `step` but by round-off, the time between two frames is cut."""
     return max(1, math.ceil((end - start) / step * (1 - 1e-9))) if end > start else 0
+
+
+def rounded(step: float) -> float:
+    """A step without its last digits: output intervals differ by round-off, and steps no farther apart share a matrix."""
+    return float(f"{step:.9e}")
 
 
 @dataclass
@@ -65,6 +73,63 @@ class Integration(Protocol):
         """The state at the output time t, shape (components, size); raises `IntegrationError`."""
 
 
+@runtime_checkable
+class RemembersItself(Protocol):
+    """An integration that says what it needs to go on, between two output times too."""
+
+    def memory(self) -> Memory:
+        """What `Integrator.resume` takes; to be asked for between two steps."""
+
+
+@runtime_checkable
+class CanBeClosed(Protocol):
+    """An integration that holds what is to be let go."""
+
+    def close(self) -> None:
+        """End it, wherever it is."""
+
+
+class ShiftedIntegration:
+    """An integration that began at t = 0 with its clock shifted, for methods that can only begin there.
+
+    Parameters
+    ----------
+    inner : Integration
+        It takes times from `origin` on as times from 0.
+    origin : float
+        When it began.
+    state : array, shape (components, size)
+        What it began with.
+    """
+
+    def __init__(self, inner: Integration, origin: float, state: NDArray[np.float64]) -> None:
+        self._inner, self._origin = inner, origin
+        self._latest = origin, state
+
+    @property
+    def counters(self) -> Counters:
+        """What the inner one has cost."""
+        return self._inner.counters
+
+    @counters.setter
+    def counters(self, counters: Counters) -> None:
+        self._inner.counters = counters
+
+    def advance(self, t: float, report: Report = no_report) -> NDArray[np.float64]:
+        """The state at the output time t, shape (components, size); raises `IntegrationError`."""
+        try:
+            state = self._inner.advance(t - self._origin, lambda inner: report(self._origin + inner))
+        except IntegrationError as error:
+            raise IntegrationError(str(error), self._origin + error.t) from None
+        self._latest = t, state
+        return state
+
+    def memory(self) -> Memory:
+        """The last output time and the state there."""
+        t, state = self._latest
+        return {"t": np.array(t), "state": state}
+
+
 class Integrator(Settings):
     """A method that takes a semi-discretisation through time. A subclass is a frozen dataclass; it has to give `start`.
 
@@ -75,12 +140,24 @@ class Integrator(Settings):
     coarsening: ClassVar[float] = 10.0
     """By what factor a study loosens the tolerance to see what it does."""
 
+    exact_restart: ClassVar[bool] = False
+    """Whether a run that goes on from its memory equals one that was not interrupted, bit for bit."""
+
     fixed_step: ClassVar[bool] = False
     """Whether `own_tolerance` is a step, and the time between two frames is cut into equal ones as `steps_between` says."""
 
     @abstractmethod
     def start(self, system: SemiDiscretization, state: NDArray[np.float64], t_end: float) -> Integration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
+
+    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> Integration:
+        """Go on from what an integration of the same method and system remembered.
+
+        By default the method starts anew from the state that is remembered, which changes the result by no more than its
+        tolerance. A method with `exact_restart` goes on as if it had not been interrupted.
+        """
+        t, state = float(memory["t"]), memory["state"]
+        return ShiftedIntegration(self.start(system.from_time(t), state, t_end - t), t, state)
 
     def check_system(self, system: SemiDiscretization) -> None:
         """Raise `InputError` for a system that the method cannot take; by default it takes any."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import Counters, Integrator, Report, no_report, steps_between
+from mol_compactons.integrators.base import Counters, Integrator, Memory, Report, no_report, rounded, steps_between
 from mol_compactons.integrators.linear.newton import NewtonMatrix, newton_matrix
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -71,7 +71,7 @@ class GaussLegendre(Integrator):
         require(self.step > 0, f"integrator.step = {self.step:g} must be positive; 0.01 is usual.")
 
     coarsening = 2.0
-    fixed_step = True
+    fixed_step = exact_restart = True
 
     @property
     def own_tolerance(self) -> float:
@@ -85,6 +85,12 @@ class GaussLegendre(Integrator):
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> GaussLegendreIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
         return GaussLegendreIntegration(self, system, state)
+
+    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> GaussLegendreIntegration:
+        """Go on from what an integration remembered, as if it had not been interrupted."""
+        integration = GaussLegendreIntegration(self, system, memory["state"])
+        integration.recall(memory)
+        return integration
 
 
 @dataclass(frozen=True)
@@ -204,11 +210,40 @@ class GaussLegendreIntegration:
         self._settings, self._system = settings, system
         self._coefficients = tableau(settings.order)
         self._stages = Stages(system, self._coefficients)
-        self._t, self._state = 0.0, state.astype(np.float64)
+        self._t = self._start = 0.0
+        self._done = 0
+        self._state = state.astype(np.float64)
         self._guess = np.zeros((self._stages.ring.components, system.size))
         self._length = 0.0
         self._matrices: dict[float, NewtonMatrix] = {}
+        self._factored: dict[float, tuple[float, float, Array, Array]] = {}
         self._iterations = 0
+
+    def memory(self) -> Memory:
+        """What `GaussLegendre.resume` takes: the state, the guess of the stages, the place, and where matrices were made."""
+        made = list(self._factored.values())
+        return {
+            "t": np.array(self._t),
+            "state": self._state.copy(),
+            "guess": self._guess.copy(),
+            "place": np.array([self._start, self._done, self._iterations, self._length]),
+            "lengths": np.array(list(self._factored)),
+            "matrix_times": np.array([[t, step] for t, step, _, _ in made]).reshape(-1, 2),
+            "matrix_states": np.array([state for _, _, state, _ in made]).reshape(-1, *self._state.shape),
+            "matrix_stages": np.array([stages for _, _, _, stages in made]).reshape(-1, *self._guess.shape),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Be where another integration was when it gave its `memory`."""
+        self._t, self._guess = float(memory["t"]), memory["guess"].copy()
+        start, done, iterations, length = (float(number) for number in memory["place"])
+        self._start, self._done, self._iterations, self._length = start, int(done), int(iterations), length
+        entries = (memory[name] for name in ("lengths", "matrix_times", "matrix_states", "matrix_stages"))
+        for rounded_step, (t, step), state, stages in zip(*entries, strict=True):
+            matrix = self._matrices[float(rounded_step)] = newton_matrix(self._stages.ring)
+            self._stages.at(float(t), state, float(step))
+            matrix.factor(float(t), stages, float(step))
+            self._factored[float(rounded_step)] = float(t), float(step), state, stages
 
     def advance(self, t: float, report: Report = no_report) -> Array:
         """The state at the output time t, shape (components, size).
@@ -240,21 +275,23 @@ class GaussLegendreIntegration:
         IntegrationError
             If Newton's method does not converge.
         """
-        start = self._t
+        start = self._start
         steps = steps_between(start, t, self._settings.step)
-        for index in range(steps):
+        while self._done < steps:
             tangents = self._step((t - start) / steps, tangents)
-            self._t = start + (t - start) * (index + 1) / steps
+            self._done += 1
+            self._t = start + (t - start) * self._done / steps
             self.counters.steps += 1
             report(self._t)
+        self._start, self._done = self._t, 0
         return self._state.copy(), tangents
 
     def _step(self, step: float, tangents: Array) -> Array:
         """One step of the state; the tangents after it are returned."""
         if self._iterations > REFRESH_AFTER:
             self._matrices.clear()
-        # Output intervals differ by round-off; steps that differ by no more share their matrix.
-        length = float(f"{step:.9e}")
+            self._factored.clear()
+        length = rounded(step)
         if length != self._length:
             self._guess[:] = 0.0
         self._length = length
@@ -285,7 +322,7 @@ class GaussLegendreIntegration:
     def _changed(self, tangents: Array, stages: Array, step: float) -> Array:
         """The tangents after a step: M zeta = step A J (v + zeta), with J at the stages."""
         matrix = newton_matrix(self._stages.ring)
-        self._factor(matrix, stages, step)
+        self._factor(matrix, stages, step, kept=False)
         slopes, changed = self._stages.slopes(stages), tangents.copy()
         for first in range(0, len(changed), TANGENTS_AT_ONCE):
             block = changed[first : first + TANGENTS_AT_ONCE]
@@ -293,9 +330,11 @@ class GaussLegendreIntegration:
                 tangent += self._made_up(matrix.solve(self._t, stages, step * push))
         return changed
 
-    def _factor(self, matrix: NewtonMatrix, stages: Array, step: float) -> None:
+    def _factor(self, matrix: NewtonMatrix, stages: Array, step: float, kept: bool = True) -> None:
         if not matrix.factor(self._t, stages, step):
             raise IntegrationError(f"The matrix of Gauss-Legendre collocation is singular at t = {self._t:.6g}.", self._t)
+        if kept:
+            self._factored[rounded(step)] = self._t, step, self._state.copy(), stages.copy()
         self.counters.jacobians += 1
 
     def _newton(self, matrix: NewtonMatrix, step: float, fresh: bool) -> Array | None:

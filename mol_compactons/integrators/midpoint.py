@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import Counters, Integrator, Report, no_report, steps_between
+from mol_compactons.integrators.base import Counters, Integrator, Memory, Report, no_report, rounded, steps_between
 from mol_compactons.integrators.linear.newton import NewtonMatrix, newton_matrix
 from mol_compactons.semidiscrete import SemiDiscretization
 
@@ -92,7 +92,7 @@ class Midpoint(Integrator):
         )
 
     coarsening = 2.0
-    fixed_step = True
+    fixed_step = exact_restart = True
 
     @property
     def own_tolerance(self) -> float:
@@ -107,6 +107,12 @@ class Midpoint(Integrator):
         """Begin a run at t = 0 from a state of shape (components, size)."""
         return MidpointIntegration(self, system, state)
 
+    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> MidpointIntegration:
+        """Go on from what an integration remembered, as if it had not been interrupted."""
+        integration = MidpointIntegration(self, system, memory["state"])
+        integration.recall(memory)
+        return integration
+
 
 class MidpointIntegration:
     """A run of the midpoint rule in progress."""
@@ -115,13 +121,38 @@ class MidpointIntegration:
         self.counters = Counters()
         self._settings = settings
         self._system = system
-        self._t = 0.0
+        self._t = self._start = 0.0
+        self._done = 0
         self._state = state.copy()
         self._slope = np.zeros_like(state)
         self._matrices: dict[float, NewtonMatrix] = {}
+        self._factored: dict[float, tuple[float, Array, float]] = {}
         self._iterations = 0
         nodes, weights = np.polynomial.legendre.leggauss(settings.points)
         self._nodes, self._weights = (1 + nodes) / 2, weights / 2
+
+    def memory(self) -> Memory:
+        """What `Midpoint.resume` takes: the state and its slope, where in the interval it is, and where matrices were made."""
+        lengths, made = list(self._factored), list(self._factored.values())
+        return {
+            "t": np.array(self._t),
+            "state": self._state.copy(),
+            "slope": self._slope.copy(),
+            "place": np.array([self._start, self._done, self._iterations]),
+            "lengths": np.array(lengths),
+            "matrix_times": np.array([[t, gamma] for t, _, gamma in made]).reshape(-1, 2),
+            "matrix_states": np.array([middle for _, middle, _ in made]).reshape(-1, *self._state.shape),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Be where another integration was when it gave its `memory`."""
+        self._t, self._slope = float(memory["t"]), memory["slope"].copy()
+        self._start = float(memory["place"][0])
+        self._done, self._iterations = (int(number) for number in memory["place"][1:])
+        for length, (t, gamma), middle in zip(memory["lengths"], memory["matrix_times"], memory["matrix_states"], strict=True):
+            matrix = self._matrices[float(length)] = newton_matrix(self._system)
+            matrix.factor(float(t), middle, float(gamma))
+            self._factored[float(length)] = float(t), middle, float(gamma)
 
     def advance(self, t: float, report: Report = no_report) -> Array:
         """The state at the output time t, shape (components, size).
@@ -131,22 +162,24 @@ class MidpointIntegration:
         IntegrationError
             If Newton's method does not converge.
         """
-        start = self._t
+        start = self._start
         steps = steps_between(start, t, self._settings.step)
-        for index in range(steps):
+        while self._done < steps:
             for part in COMPOSITIONS[self._settings.order]:
                 self._part(part * (t - start) / steps)
-            self._t = start + (t - start) * (index + 1) / steps
+            self._done += 1
+            self._t = start + (t - start) * self._done / steps
             self.counters.steps += 1
             report(self._t)
+        self._start, self._done = self._t, 0
         return self._state.copy()
 
     def _part(self, step: float) -> None:
         """One step of the basic rule."""
         if self._iterations > REFRESH_AFTER:
             self._matrices.clear()
-        # Output intervals differ by round-off; steps that differ by no more share their matrix.
-        length = float(f"{step:.9e}")
+            self._factored.clear()
+        length = rounded(step)
         change = self._newton(self._matrices[length], step, fresh=False) if length in self._matrices else None
         if change is None:
             matrix = self._matrices[length] = newton_matrix(self._system)
@@ -166,6 +199,7 @@ class MidpointIntegration:
     def _factor(self, matrix: NewtonMatrix, middle: Array, step: float) -> None:
         if not matrix.factor(self._t + 0.5 * step, middle, 0.5 * step):
             raise IntegrationError(f"The matrix of the midpoint rule is singular at t = {self._t:.6g}.", self._t)
+        self._factored[rounded(step)] = self._t + 0.5 * step, middle.copy(), 0.5 * step
         self.counters.jacobians += 1
 
     def _newton(self, matrix: NewtonMatrix, step: float, fresh: bool) -> Array | None:

@@ -14,12 +14,13 @@ from mol_compactons.integrators.base import (
     REPORT_INTERVAL,
     Counters,
     Integrator,
+    Memory,
     Report,
     insist_on_a_band,
     no_report,
 )
 from mol_compactons.integrators.linear.newton import BandedMatrix
-from mol_compactons.integrators.scales import absolute_tolerances, ripple_persistence, steepened
+from mol_compactons.integrators.scales import absolute_tolerances, ripple_persistence, steepened, time_scale
 from mol_compactons.integrators.sundials import CVODE
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.semidiscrete import SemiDiscretization
@@ -137,8 +138,12 @@ RIPPLE_SHARE, RIPPLE_POWER = 1 / 10, 1 / 6
 """By what the tolerance of the local error is tightened where ripples of the grid last (`ripple_persistence`), at rtol = 1e-3
 and, as a power of rtol, below. ``python -m benchmarks.tolerances`` shows what it does."""
 
-FIRST_STEP = 1e-4
+FIRST_STEP = 1e-3
+"""The step to begin with, in the time in which the state changes."""
+
 SMALLEST_STEP = 1e-12
+"""The shortest step, relative to that time and to the time that has been reached."""
+
 LARGEST_GROWTH, SMALLEST_GROWTH, CAUTION = 5.0, 0.2, 0.9
 
 
@@ -188,6 +193,8 @@ class Rosenbrock(Integrator):
             require(value is None or value > 0, f"integrator.{name} = {value} must be positive, or none for the default.")
         require(self.max_steps >= 1, f"integrator.max_steps = {self.max_steps} must be at least 1.")
 
+    exact_restart = True
+
     def with_tolerance(self, tolerance: float) -> Rosenbrock:
         """The same with another relative tolerance; an absolute one goes along."""
         atol = None if self.atol is None else self.atol * tolerance / self.rtol
@@ -204,29 +211,57 @@ class Rosenbrock(Integrator):
     def start(self, system: SemiDiscretization, state: Array, t_end: float) -> RosenbrockIntegration:
         """Begin a run at t = 0 from a state of shape (components, size)."""
         self.check_system(system)
-        return RosenbrockIntegration(self, system, state, t_end)
+        return RosenbrockIntegration(self, system, state)
+
+    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> RosenbrockIntegration:
+        """Go on from what an integration remembered, as if it had not been interrupted."""
+        integration = RosenbrockIntegration(self, system, memory["state"])
+        integration.recall(memory)
+        return integration
 
 
 class RosenbrockIntegration:
     """A run of the Rosenbrock method in progress, which steps on its own and interpolates the frames."""
 
-    def __init__(self, settings: Rosenbrock, system: SemiDiscretization, state: Array, t_end: float) -> None:
+    def __init__(self, settings: Rosenbrock, system: SemiDiscretization, state: Array) -> None:
         self.counters = Counters()
         self._settings = settings
         self._system = system
         self._matrix = BandedMatrix(system)
         self._t = self._t_before = 0.0
-        self._t_end = t_end
-        self._step = min(FIRST_STEP * t_end, settings.max_step or np.inf)
         self._last_step = 0.0
         self._state = state.copy()
         self._before = state.copy()
-        weight = ripple_persistence(system, state, system.rate(0.0, state))
+        rate = system.rate(0.0, state)
+        changes_in = time_scale(state, rate)
+        self._shortest = SMALLEST_STEP * (changes_in if np.isfinite(changes_in) else 1.0)
+        self._step = min(FIRST_STEP / SMALLEST_STEP * self._shortest, settings.max_step or np.inf)
+        weight = ripple_persistence(system, state, rate)
         self._rtol = steepened(settings.rtol, STEP_POWER + RIPPLE_POWER * weight) * RIPPLE_SHARE**weight
-        default = absolute_tolerances(system, state, t_end, self._rtol)
+        default = absolute_tolerances(system, state, self._rtol)
         self._atol = default if settings.atol is None else np.full(len(state), settings.atol * self._rtol / settings.rtol)
         self._stages = np.zeros((STAGES, *state.shape))
         self._argument, self._slope, self._rate, self._product = np.empty((4, *state.shape))
+
+    def memory(self) -> Memory:
+        """What `Rosenbrock.resume` takes: where the last step began and ended, with its stages, and how it is controlled."""
+        control = self._t, self._t_before, self._step, self._last_step, self._rtol, self._shortest
+        return {
+            "t": np.array(self._t),
+            "state": self._state.copy(),
+            "before": self._before.copy(),
+            "stages": self._stages.copy(),
+            "control": np.array(control),
+            "atol": self._atol.copy(),
+        }
+
+    def recall(self, memory: Memory) -> None:
+        """Be where another integration was when it gave its `memory`."""
+        self._state, self._before = memory["state"].copy(), memory["before"].copy()
+        self._stages[:] = memory["stages"]
+        control = [float(value) for value in memory["control"]]
+        self._t, self._t_before, self._step, self._last_step, self._rtol, self._shortest = control
+        self._atol = memory["atol"].copy()
 
     def advance(self, t: float, report: Report = no_report) -> Array:
         """The state at the output time t, shape (components, size).
@@ -258,7 +293,7 @@ class RosenbrockIntegration:
         self.counters.jacobians += 1
         while True:
             step = self._step
-            if step < SMALLEST_STEP * self._t_end:
+            if step < max(self._shortest, SMALLEST_STEP * self._t):
                 raise IntegrationError(
                     f"Rosenbrock gave up at t = {self._t:.6g}: its step became too small, as where a solution loses "
                     "smoothness; raise the viscosity of the scheme tenfold, or tighten integrator.rtol.",

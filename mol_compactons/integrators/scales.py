@@ -29,11 +29,27 @@ the initial state. Orders 3 to 5 are unstable for a nearly imaginary spectrum: o
 at a ratio of 0.15 (`universal_pair`) and order 3 twice at 0.04 (`rosenau_hyman_collision`), while order 2 is never far
 behind."""
 
-SHORTEST_TIME = 2.0**-200
-"""Where the search for the time in which a state changes begins, relative to the length of the run."""
+SHORTEST_TIME, LONGEST_TIME = 2.0**-300, 2.0**300
+"""Between what the time in which a state changes is looked for."""
+
+BISECTIONS = 8
+"""How often a factor of two is halved in that search."""
 
 
-def component_scales(system: SemiDiscretization, state: Array, t_end: float) -> Array:
+def time_scale(state: Array, rate: Array) -> float:
+    """The time in which a state changes: its size over that of its rate, the least of all components.
+
+    Parameters
+    ----------
+    state, rate : array, shape (components, N)
+        The state at t = 0, and its time derivative.
+    """
+    sizes, rates = np.abs(state).max(axis=1), np.abs(rate).max(axis=1)
+    moving = (sizes > 0) & (rates > 0)
+    return float((sizes[moving] / rates[moving]).min()) if moving.any() else np.inf
+
+
+def component_scales(system: SemiDiscretization, state: Array) -> Array:
     """The largest size of each component, shape (components,).
 
     A component that is zero at first, like the momenta of a chain at rest, is given the size that its rate brings in the time
@@ -45,27 +61,37 @@ def component_scales(system: SemiDiscretization, state: Array, t_end: float) -> 
         The system.
     state : array, shape (components, N)
         The state at t = 0.
-    t_end : float
-        The length of the run.
     """
     sizes = np.abs(state).max(axis=1)
     if (sizes > 0).all() or not (sizes > 0).any():
         return np.asarray(np.where(sizes > 0, sizes, 1.0))
     rate = system.rate(0.0, state)
-    time = SHORTEST_TIME * t_end
-    with np.errstate(over="ignore", invalid="ignore"):
-        while time < t_end:
-            change = np.abs(system.rate(0.0, state + time * rate) - rate).max(axis=1)
-            if ((change * time >= sizes) & (sizes > 0)).any():
-                break
-            time *= 2
-    moved = time * np.abs(rate).max(axis=1)
+    moved = _turning_time(system, state, rate, sizes) * np.abs(rate).max(axis=1)
     return np.asarray(np.where(sizes > 0, sizes, np.where(moved > 0, moved, sizes.max())))
 
 
-def absolute_tolerances(system: SemiDiscretization, state: Array, t_end: float, rtol: float) -> Array:
+def _turning_time(system: SemiDiscretization, state: Array, rate: Array, sizes: Array) -> float:
+    """The shortest time for which an Euler step changes a rate by what turns the state over; 0 without one."""
+
+    def turns(time: float) -> bool:
+        change = np.abs(system.rate(0.0, state + time * rate) - rate).max(axis=1)
+        return bool(((change * time >= sizes) & (sizes > 0)).any())
+
+    time = SHORTEST_TIME
+    with np.errstate(over="ignore", invalid="ignore"):
+        while not turns(time):
+            time *= 2
+            if time > LONGEST_TIME:
+                return 0.0
+        for halving in range(1, BISECTIONS + 1):
+            shorter = time / 2 ** (0.5**halving)
+            time = shorter if turns(shorter) else time
+    return time
+
+
+def absolute_tolerances(system: SemiDiscretization, state: Array, rtol: float) -> Array:
     """The default absolute tolerance of each component, shape (components,)."""
-    return ABSOLUTE_SHARE * rtol * component_scales(system, state, t_end)
+    return ABSOLUTE_SHARE * rtol * component_scales(system, state)
 
 
 def occupied_share(state: Array) -> float:
@@ -111,12 +137,7 @@ def ripple_persistence(system: SemiDiscretization, state: Array, rate: Array) ->
         return 0.0
     if not system.damping:
         return 1.0
-    sizes, rates = np.abs(state).max(axis=1), np.abs(rate).max(axis=1)
-    moving = (sizes > 0) & (rates > 0)
-    if not moving.any():
-        return 0.0
-    lifetimes = system.damping * float((sizes[moving] / rates[moving]).min())
-    return 1 / (1 + RIPPLE_LIFETIME * lifetimes)
+    return 1 / (1 + RIPPLE_LIFETIME * system.damping * time_scale(state, rate))
 
 
 def steepened(rtol: float, power: float) -> float:

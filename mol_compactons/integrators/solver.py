@@ -26,12 +26,12 @@ class Solver:
             self._solver = make()
         self._fragile = fragile
 
-    def begin(self, *start: Any) -> None:
-        """Begin at t = 0 with a state, and with its rate where the solver asks for it."""
+    def begin(self, t: float, *start: Any) -> None:
+        """Begin at a time with a state, and with its rate where the solver asks for it."""
         if self._fragile:
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._solver))
         with self._messages.heard(), self._messages.logged():
-            self._solver.init_step(0.0, *start)
+            self._solver.init_step(t, *start)
 
     def step(self, t: float, method: str) -> Any:
         """One step towards t ("onestep"), or to t and back by interpolation ("normal")."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import IntegrationError, require
-from mol_compactons.integrators.base import Counters, Integrator, Report, no_report, steps_between
+from mol_compactons.integrators.base import Counters, Integrator, Memory, Report, no_report, steps_between
 from mol_compactons.semidiscrete import SemiDiscretization
 
 Array = NDArray[np.float64]
@@ -70,7 +70,7 @@ class Symplectic(Integrator):
         require(self.step > 0, f"integrator.step = {self.step:g} must be positive; 0.05 is usual.")
 
     coarsening = 2.0
-    fixed_step = True
+    fixed_step = exact_restart = True
 
     @property
     def own_tolerance(self) -> float:
@@ -93,6 +93,12 @@ class Symplectic(Integrator):
         self.check_system(system)
         return SymplecticIntegration(self, system, state)
 
+    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> SymplecticIntegration:
+        """Go on from what an integration remembered, as if it had not been interrupted."""
+        integration = SymplecticIntegration(self, system, memory["state"])
+        integration.recall(memory)
+        return integration
+
 
 class SymplecticIntegration:
     """A run of a splitting method in progress."""
@@ -102,7 +108,17 @@ class SymplecticIntegration:
         self._settings = settings
         self._system = system
         self._state = state.copy()
-        self._t = 0.0
+        self._t = self._start = 0.0
+        self._done = 0
+
+    def memory(self) -> Memory:
+        """What `Symplectic.resume` takes: the state, the last output time, and how many steps were taken since."""
+        place = {"t": np.array(self._t), "start": np.array(self._start), "done": np.array(self._done)}
+        return place | {"state": self._state.copy()}
+
+    def recall(self, memory: Memory) -> None:
+        """Be where another integration was when it gave its `memory`."""
+        self._t, self._start, self._done = float(memory["t"]), float(memory["start"]), int(memory["done"])
 
     def advance(self, t: float, report: Report = no_report) -> Array:
         """The state at the output time t, shape (2, size).
@@ -112,17 +128,16 @@ class SymplecticIntegration:
         IntegrationError
             If the state is no longer finite.
         """
-        start = self._t
+        start = self._start
         steps = steps_between(start, t, self._settings.step)
         kicks, drifts = METHODS[self._settings.order]
         chunk = max(1, WORK_BETWEEN_REPORTS // (self._system.size * drifts.size))
-        done = 0
-        while done < steps:
-            count = min(chunk, steps - done)
+        while self._done < steps:
+            count = min(chunk, steps - self._done)
             assert self._system.split_steps is not None
             self._system.split_steps(self._state, (t - start) / steps, count, drifts, kicks)
-            done += count
-            self._t = start + (t - start) * done / steps
+            self._done += count
+            self._t = start + (t - start) * self._done / steps
             self.counters.steps += count
             self.counters.evaluations += count * drifts.size + 1
             report(self._t)
@@ -132,4 +147,5 @@ class SymplecticIntegration:
                 "stiffness of the contacts; choose a shorter one.",
                 start,
             )
+        self._start, self._done = self._t, 0
         return self._state.copy()

@@ -1,12 +1,11 @@
-"""Results on disk: a NetCDF file that grows frame by frame and can be read while the run goes on, and how it is read."""
+"""Results on disk: a file that grows frame by frame, can be read meanwhile, and becomes compressed NetCDF-4 at the end."""
 
 from __future__ import annotations
 
-import math
+import contextlib
 import os
-import time
+import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,24 +13,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, IntegrationError, require
-from mol_compactons.results.schema import Layout, describe
+from mol_compactons.integrators.base import Memory
+from mol_compactons.results.places import check_target, new_part, parts, sync_folder, why, written_whole
+from mol_compactons.results.recorder import Watch
+from mol_compactons.results.running_file import RunningFile, is_claimed
+from mol_compactons.results.schema import COMPLETE, Layout, describe
+from mol_compactons.runtime.locks import library_lock
 
 if TYPE_CHECKING:
     import xarray as xr
 
-OPENING_ATTEMPTS = 15
-"""How often a result is tried that cannot be opened at once."""
+RESTART = "restart"
+"""The group of a result that holds what its integrator needs to go on beyond its end."""
 
-SYNC_FRAMES = 16
-SYNC_SECONDS = 1.0
-"""The file is brought up to date on disk after so many frames or seconds, whichever comes first."""
+QUICK_BYTES = 2**25
+"""A run that was interrupted leaves a longer file as it is, to end at once."""
+
+CHUNK_BYTES = 2**19
+"""About how much of a field is compressed as one piece."""
 
 
 class NetCDFRecorder:
-    """A `Recorder` that streams the frames into a NetCDF-4 file.
+    """A `Recorder` that streams the frames into a NetCDF file.
 
-    One chunk holds one frame, so that whatever was synchronised survives a crash. The status attribute says "running" until
-    `close`.
+    While the run goes on it is a `RunningFile`. It is made under a hidden name, and takes its place at once where no file is
+    there. A file that is to be replaced stays until the first frame beyond the initial one is safe.
 
     Parameters
     ----------
@@ -45,154 +51,263 @@ class NetCDFRecorder:
     Raises
     ------
     InputError
-        If the folder does not exist, the file exists, or it cannot be written.
+        If the folder does not exist, the file exists, another run writes it, or it cannot be written.
     """
 
     def __init__(self, layout: Layout, path: Path, overwrite: bool) -> None:
-        # Without this HDF5 locks the file against readers while the run goes on. It is read when the library is loaded.
-        os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
-        import netCDF4
-
         check_target(path, overwrite)
-        self._path = path
-        self._names = tuple(layout.fields)
-        self._frames = 0
-        self._synced = time.monotonic()
+        require(not is_claimed(path), f"Another run is writing {path}; wait for its end, or choose another name.")
+        self._layout, self._path, self._place = layout, path, path
+        self._t = 0.0
+        self._replaces = path.exists()
+        self._part = new_part(path)
+        self._published = False
+        self._ended: xr.Dataset | None = None
         try:
-            path.unlink(missing_ok=True)
-            self._file = netCDF4.Dataset(path, "w", format="NETCDF4", clobber=False)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written ({error.strerror or error}); choose another place.") from None
-        self._file.setncatts(layout.attributes)
-        self._file.createDimension("t", None)
-        space, size = layout.space, layout.coordinates.size
-        self._file.createDimension(space, size)
-        series_chunk = min(layout.frames, 1024)
-        for name, own in {"t": describe("t"), **layout.series}.items():
-            self._create(name, ("t",), (series_chunk,), own)
-        self._create(space, (space,), (size,), layout.coordinate_attributes)[:] = layout.coordinates
-        for name, own in layout.fields.items():
-            self._create(name, ("t", space), (1, size), own)
-        self._file.sync()
+            self._file = RunningFile(self._part, layout)
+        except (OSError, RuntimeError) as error:
+            self._part.unlink(missing_ok=True)
+            raise InputError(f"{path} cannot be written: {why(error, path.parent)}.") from None
 
-    def _create(self, name: str, dimensions: tuple[str, ...], chunks: tuple[int, ...], attributes: dict[str, Any]) -> Any:
-        fill, compressed = False if name in dimensions else np.nan, len(dimensions) == 2
-        variable = self._file.createVariable(
-            name, "f8", dimensions, chunksizes=chunks, zlib=compressed, complevel=1, shuffle=compressed, fill_value=fill
-        )
-        variable.setncatts(attributes)
-        return variable
+    @property
+    def frames(self) -> int:
+        """How many frames are safe on disk."""
+        return self._file.frames
+
+    def take_over(self, dataset: xr.Dataset, frames: int) -> None:
+        """Begin with the first frames of an earlier result, which may be the one that is to be replaced."""
+        rows = max(1, CHUNK_BYTES // (8 * self._layout.coordinates.size))
+        for first in range(0, frames, rows):
+            block = dataset.isel(t=slice(first, min(first + rows, frames))).load()
+            fields = np.stack([block[name].values for name in self._layout.fields], axis=1)
+            series = np.stack([block[name].values for name in self._layout.series], axis=1) if self._layout.series else None
+            for index, state in enumerate(fields):
+                numbers = [] if series is None else [float(number) for number in series[index]]
+                self._file.append(float(block["t"].values[index]), numbers, state)
+            with self._writing(float(block["t"].values[-1])):
+                self._file.sync()
+        self._publish()
 
     def append(self, t: float, state: NDArray[np.float64], numbers: dict[str, float]) -> None:
         """Add a frame; raises `IntegrationError` where the file cannot be written any further."""
-        index = self._frames
+        self._t = t
+        self._file.append(t, [numbers[name] for name in self._layout.series], state)
+        if self._file.due or self._file.frames == 0:
+            self.sync(t)
+
+    def sync(self, t: float) -> None:
+        """Make all frames safe on disk; raises `IntegrationError` where that fails."""
         with self._writing(t):
-            for name, values in zip(self._names, state, strict=True):
-                self._file[name][index] = values
-            for name, value in numbers.items():
-                self._file[name][index] = value
-            self._file["t"][index] = t
-            self._frames += 1
-            if index % SYNC_FRAMES == 0 or time.monotonic() - self._synced > SYNC_SECONDS:
-                self._file.sync()
-                self._synced = time.monotonic()
+            self._file.sync()
+        if not self._published:
+            if not self._replaces or self._file.frames > 1:
+                self._publish()
+        elif not self._is_in_place():
+            self._rescue()
+            where = f"saved as {self._place}" if self._place != self._path else "lost"
+            raise IntegrationError(f"Another program replaced or removed {self._path}; the frames so far were {where}.", t)
 
-    def close(self, attributes: dict[str, Any]) -> None:
-        """End the recording and close the file."""
-        with self._writing(math.nan):
-            self._file.setncatts(attributes)
+    def alive(self) -> None:
+        """Show that the run goes on, also where no frame has come for a while."""
+        self._file.touch()
+
+    def _publish(self) -> None:
+        """Give the file its name; raises `InputError`, and gives it up, where another run or program has taken that."""
+        try:
+            require(not is_claimed(self._path), f"Another run has begun to write {self._path}; choose another name.")
+            self._take_the_name()
+        except InputError:
             self._file.close()
+            self._part.unlink(missing_ok=True)
+            raise
+        self._published = True
+        sync_folder(self._path.parent)
+        for leftover in parts(self._path):
+            if not is_claimed(leftover):
+                leftover.unlink(missing_ok=True)
 
-    @contextmanager
+    def _take_the_name(self) -> None:
+        try:
+            if self._replaces:
+                self._part.replace(self._path)
+            else:
+                _name_once(self._part, self._path)
+        except FileExistsError:
+            raise InputError(f"Another program has made {self._path}; choose another name.") from None
+        except OSError as error:
+            raise InputError(f"{self._path} cannot be written: {why(error, self._path.parent)}.") from None
+
+    def _is_in_place(self) -> bool:
+        try:
+            return os.path.samestat(self._path.stat(), os.fstat(self._file.descriptor))
+        except OSError:
+            return False
+
+    @contextlib.contextmanager
     def _writing(self, t: float) -> Iterator[None]:
         try:
             yield
-        except (OSError, RuntimeError) as error:
-            raise IntegrationError(f"{self._path} cannot be written any further ({error}); is the disk full?", t) from None
+        except OSError as error:
+            reason = why(error, self._path.parent)
+            raise IntegrationError(f"{self._path} cannot be written any further: {reason}.", t) from None
+
+    def close(self, attributes: dict[str, Any], memory: Memory | None = None, watch: Watch = lambda: None) -> bool:
+        """End the recording: the file becomes compressed NetCDF-4, or stays as it is where there is no room for that.
+
+        Parameters
+        ----------
+        attributes : dict
+            Those of a run that has ended.
+        memory : dict of arrays, optional
+            What the integrator needs to go on from the end.
+        watch : callable
+            Called between parts of the work; what it raises leaves the file as it is, with all its frames.
+
+        Returns
+        -------
+        bool
+            Whether the memory is in the file.
+
+        Raises
+        ------
+        IntegrationError
+            If the last frames could not be written, or the file was replaced or removed; the sentence says where they are.
+        """
+        if self._file.is_closed:
+            return False
+        try:
+            return self._end(attributes, memory, watch)
+        finally:
+            self._file.close()
+
+    def _end(self, attributes: dict[str, Any], memory: Memory | None, watch: Watch) -> bool:
+        trouble = None
+        try:
+            self.sync(self._t)
+        except IntegrationError as error:
+            trouble = error
+            if attributes["status"] == COMPLETE:
+                attributes = attributes | {"status": f"failed at t = {self._t:.6g}: {error}"}
+        with contextlib.suppress(OSError):
+            self._file.set_status(str(attributes["status"]))
+        if trouble:
+            raise trouble
+        if not self._published:
+            self._keep_in_memory(attributes)
+            return False
+        if str(attributes["status"]).startswith("interrupted") and self._file.size > QUICK_BYTES:
+            return False
+        try:
+            with written_whole(self._path) as part:
+                _compress(self._file, part, self._layout, attributes, memory, watch)
+        except InputError:
+            return False
+        return True
+
+    def _keep_in_memory(self, attributes: dict[str, Any]) -> None:
+        """A run that got nowhere leaves the earlier file as it is."""
+        import xarray as xr
+
+        with xr.open_dataset(self._part, engine="netcdf4") as dataset:
+            self._ended = dataset.load().assign_attrs(attributes)
+        self._part.unlink(missing_ok=True)
+
+    def _rescue(self) -> None:
+        """Save the frames in another place."""
+        if self._place != self._path:
+            return
+        for folder in (self._path.parent, Path.cwd(), Path(tempfile.gettempdir())):
+            target = folder / f"{self._path.stem}.rescued-{os.getpid()}{self._path.suffix}"
+            with contextlib.suppress(OSError):
+                self._file.copy_to(target)
+                self._place = target
+                return
 
     def dataset(self) -> xr.Dataset:
         """The file, opened lazily."""
         import xarray as xr
 
+        if self._ended is not None:
+            return self._ended
         try:
-            return xr.open_dataset(self._path)
-        except OSError:
-            raise InputError(f"{self._path} was replaced by another program while the run went on.") from None
+            return xr.open_dataset(self._place, engine="netcdf4")
+        except (OSError, ValueError):
+            raise InputError(f"Another program replaced or removed {self._path} while the run went on.") from None
 
 
-def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
-    """Write a tree, or a Dataset, into a NetCDF file, whole or not at all."""
-    path = Path(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}")
+def _name_once(part: Path, path: Path) -> None:
+    """Rename a file to a name that is free; raises FileExistsError where it is not."""
     try:
-        tree.to_netcdf(part, engine="netcdf4")
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path} cannot be written ({reason}); choose another place.") from None
+        os.link(part, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        if path.exists():
+            raise FileExistsError(path) from None
+        part.rename(path)
+    else:
+        part.unlink()
+
+
+def _compress(
+    file: RunningFile, part: Path, layout: Layout, attributes: dict[str, Any], memory: Memory | None, watch: Watch
+) -> None:
+    """Write what a running file holds as compressed NetCDF-4, block by block."""
+    import netCDF4
+
+    size = layout.coordinates.size
+    rows = max(1, min(CHUNK_BYTES // (8 * size), file.frames))
+    with library_lock():
+        target = netCDF4.Dataset(part, "w", format="NETCDF4")
+    try:
+        with library_lock():
+            _describe(target, layout, attributes, rows)
+            _remember(target, memory or {})
+        for first in range(0, file.frames, rows):
+            watch()
+            t, series, fields = file.rows(first, min(rows, file.frames - first))
+            block = slice(first, first + t.size)
+            with library_lock():
+                target["t"][block] = t
+                for name, values in zip(layout.series, series, strict=True):
+                    target[name][block] = values
+                for name, values in zip(layout.fields, fields, strict=True):
+                    target[name][block] = values
     finally:
-        part.unlink(missing_ok=True)
+        with library_lock():
+            target.close()
 
 
-def check_target(path: Path, overwrite: bool) -> None:
-    """Raise `InputError` unless a file can be written at `path`."""
-    try:
-        path.exists()
-    except OSError as error:
-        raise InputError(f"{path} cannot be the name of a file ({error.strerror}); choose another.") from None
-    require(not path.is_dir(), f"{path} is a folder; give the name of a file.")
-    ordinary = path.is_file() and not path.is_symlink()
-    require(ordinary or not os.path.lexists(path), f"{path} is not an ordinary file and is not replaced; choose another name.")
-    require(path.parent.is_dir(), f"The folder {path.parent} does not exist; create it, or choose another.")
-    require(os.access(path.parent, os.W_OK), f"The folder {path.parent} cannot be written; choose another.")
-    require(
-        overwrite or not path.exists(),
-        f"{path} exists; allow overwriting (--overwrite, in Python overwrite=True) or choose another name.",
-    )
+def _describe(target: Any, layout: Layout, attributes: dict[str, Any], rows: int) -> None:
+    """The dimensions, variables and attributes of a result."""
+    target.setncatts(layout.attributes | attributes)
+    target.createDimension("t", None)
+    target.createDimension(layout.space, layout.coordinates.size)
+    space = target.createVariable(layout.space, "f8", (layout.space,), fill_value=False)
+    space.setncatts(layout.coordinate_attributes)
+    space[:] = layout.coordinates
+    for name, own in {"t": describe("t"), **layout.series}.items():
+        length = (min(layout.frames, 1024),)
+        variable = target.createVariable(name, "f8", ("t",), chunksizes=length, fill_value=False if name == "t" else np.nan)
+        variable.setncatts(own)
+    for name, own in layout.fields.items():
+        chunks = (rows, layout.coordinates.size)
+        variable = target.createVariable(
+            name, "f8", ("t", layout.space), chunksizes=chunks, zlib=True, complevel=1, shuffle=True, fill_value=np.nan
+        )
+        variable.setncatts(own)
 
 
-def open_result(path: str | Path) -> xr.Dataset:
-    """A result file, opened lazily; tried again for a while, since a run may be in the middle of writing it.
-
-    Raises
-    ------
-    InputError
-        If the file does not exist, cannot be read, or is no result of this program.
-    """
-    import xarray
-
-    path = Path(path)
-    require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
-    for attempt in range(OPENING_ATTEMPTS):
-        try:
-            dataset = xarray.open_dataset(path, engine="netcdf4")
-            break
-        except (OSError, ValueError) as error:
-            if attempt == OPENING_ATTEMPTS - 1 or not _is_hdf5(path):
-                raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
-        time.sleep(0.2)
-    missing = [name for name in ("simulation", "status", "title") if name not in dataset.attrs]
-    if missing:
-        dataset.close()
-    require(not missing, f"{path} is not a result of mol_compactons: it has no attribute {', '.join(map(repr, missing))}.")
-    return dataset
-
-
-def open_study(path: str | Path) -> xr.DataTree:
-    """A study of `mol_compactons.converge` from its file, opened lazily.
-
-    Raises
-    ------
-    InputError
-        If the file does not exist, cannot be read, or is no study of this program.
-    """
-    import xarray
-
-    with open_result(path) as root:
-        require("family" in root.attrs, f"{path} is no convergence study; make one with mol-compactons converge.")
-    return xarray.open_datatree(path, engine="netcdf4")
-
-
-def _is_hdf5(path: Path) -> bool:
-    with path.open("rb") as file:
-        return file.read(4) == b"\x89HDF"
+def _remember(target: Any, memory: Memory) -> None:
+    """Store what the integrator needs to go on in a group of its own."""
+    if not memory:
+        return
+    group = target.createGroup(RESTART)
+    for name, values in memory.items():
+        if values.dtype.kind == "U":
+            group.setncattr(name, str(values))
+            continue
+        dimensions = tuple(f"{name}_{axis}" for axis in range(values.ndim))
+        for dimension, length in zip(dimensions, values.shape, strict=True):
+            group.createDimension(dimension, length)
+        group.createVariable(name, values.dtype, dimensions, fill_value=False)[...] = values

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mol_compactons.integrators.base import Memory
 from mol_compactons.results.schema import Layout, describe
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+Watch = Callable[[], None]
+"""Called now and then during long work; it may raise KeyboardInterrupt."""
 
 
 class Recorder(Protocol):
@@ -19,8 +25,18 @@ class Recorder(Protocol):
     def append(self, t: float, state: NDArray[np.float64], numbers: dict[str, float]) -> None:
         """Add a frame: a state of shape (components, size) and the numbers along t."""
 
-    def close(self, attributes: dict[str, Any]) -> None:
-        """End the recording with the attributes of a run that has ended."""
+    @property
+    def frames(self) -> int:
+        """How many frames are safe."""
+
+    def sync(self, t: float) -> None:
+        """Make all frames safe."""
+
+    def alive(self) -> None:
+        """Show that the run goes on."""
+
+    def close(self, attributes: dict[str, Any], memory: Memory | None = None, watch: Watch = lambda: None) -> bool:
+        """End the recording with the attributes of a run that has ended; whether what it needs to go on is in it too."""
 
     def dataset(self) -> xr.Dataset:
         """What was recorded."""
@@ -32,32 +48,37 @@ class MemoryRecorder:
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._attributes = layout.attributes
-        self._t: list[float] = []
-        self._states: list[NDArray[np.float64]] = []
-        self._values: list[dict[str, float]] = []
+        self.frames = 0
+        self._numbers = np.empty((layout.frames, 1 + len(layout.series)))
+        self._states = np.empty((layout.frames, len(layout.fields), layout.coordinates.size))
 
     def append(self, t: float, state: NDArray[np.float64], numbers: dict[str, float]) -> None:
         """Add a frame."""
-        self._t.append(t)
-        self._states.append(state.copy())
-        self._values.append(numbers)
+        self._states[self.frames] = state
+        self._numbers[self.frames] = t, *(numbers[name] for name in self._layout.series)
+        self.frames += 1
 
-    def close(self, attributes: dict[str, Any]) -> None:
-        """End the recording."""
+    def sync(self, t: float) -> None:
+        """Nothing is safer than it was."""
+
+    def alive(self) -> None:
+        """Nobody looks."""
+
+    def close(self, attributes: dict[str, Any], memory: Memory | None = None, watch: Watch = lambda: None) -> bool:
+        """End the recording; nothing can go on from it."""
         self._attributes = self._attributes | attributes
+        return False
 
     def dataset(self) -> xr.Dataset:
         """What was recorded."""
         import xarray as xr
 
         layout, space = self._layout, self._layout.space
-        frames = np.array(self._states).reshape(len(self._t), len(layout.fields), layout.coordinates.size)
-        fields = {name: (("t", space), frames[:, index], own) for index, (name, own) in enumerate(layout.fields.items())}
-        series = {
-            name: ("t", np.array([numbers[name] for numbers in self._values]), own) for name, own in layout.series.items()
-        }
+        states, numbers = self._states[: self.frames], self._numbers[: self.frames]
+        fields = {name: (("t", space), states[:, index], own) for index, (name, own) in enumerate(layout.fields.items())}
+        series = {name: ("t", numbers[:, index], own) for index, (name, own) in enumerate(layout.series.items(), start=1)}
         coordinates = {
-            "t": ("t", np.array(self._t), describe("t")),
+            "t": ("t", numbers[:, 0], describe("t")),
             space: (space, layout.coordinates, layout.coordinate_attributes),
         }
         return xr.Dataset({**fields, **series}, coordinates, self._attributes)

@@ -27,6 +27,9 @@ FORMAT = 2
 FIELD, CONSERVED, DIAGNOSTIC = "field", "conserved", "diagnostic"
 """The roles of variables, their attribute ``role``: components of the state, what is conserved, and what is not."""
 
+COMPLETE = "complete"
+"""The status of a run that reached its end."""
+
 LIBRARIES = ("scikit-sundae", "numpy", "numba")
 """The packages whose versions a result names."""
 

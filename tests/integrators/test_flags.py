@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 
 from mol_compactons import ConservativeScheme, FourierScheme, GranularCompacton, Grid, IntegrationError
-from mol_compactons.integrators import CVODE, IDA, flags, sundials
+from mol_compactons.integrators import CVODE, IDA, flags
 from mol_compactons.integrators.flags import CURES
 from mol_compactons.integrators.solver import Solver
+from mol_compactons.integrators.sundials_integration import SundialsIntegration
 from tests.systems import Array, one_compacton
 
 
 @pytest.mark.parametrize("name", ["IDA", "CVODE"])
 def test_every_flag_has_a_sentence(name: Literal["IDA", "CVODE"]) -> None:
     simulation = one_compacton()
-    integration = sundials.SundialsIntegration(name, IDA(), simulation.discretize(), simulation.initial_state(), 1.0)
+    integration = SundialsIntegration(name, IDA(), simulation.discretize(), simulation.initial_state(), 1.0)
     for flag in range(-99, 0):
         sentence = str(integration._failure(flag))
         assert sentence.startswith(f"{name} gave up at t = 0: ")
@@ -77,7 +78,7 @@ class Refusing:
 @pytest.mark.parametrize(("name", "flag"), [(name, flag) for name, cures in CURES.items() for flag in cures])
 def test_a_flag_that_comes_back_is_an_error_with_its_cure(name: Any, flag: int, listed: bool) -> None:
     system, state = conservative()
-    integration = sundials.SundialsIntegration(name, IDA(), system, state, 1.0)
+    integration = SundialsIntegration(name, IDA(), system, state, 1.0)
     integration._solver = Solver(lambda: Refusing(flag, listed), fragile=False)
     with pytest.raises(IntegrationError) as failure:
         integration.advance(1.0)

@@ -20,7 +20,7 @@ def test_freeing_completes_its_messages_though_the_frames_of_an_error_hold_it() 
         rate[:] = -y if t < 0.5 else 1e100 * rng.random(y.size)
 
     solver = Solver(lambda: import_sundae().cvode.CVODE(wall, rtol=1e-2, atol=1e-4), fragile=False)
-    solver.begin(np.ones(1))
+    solver.begin(0.0, np.ones(1))
 
     def go() -> None:
         while True:
@@ -53,7 +53,7 @@ class Fragile:
 def test_what_crashes_when_freed_too_early_is_kept_until_a_step_was_taken(status: int, freed: bool) -> None:
     made = Fragile()
     solver = Solver(lambda: made, fragile=True)
-    solver.begin()
+    solver.begin(0.0)
     solver.step(float(status), "onestep")
     solver.free()
     assert hasattr(made, "inner") != freed

@@ -30,7 +30,7 @@ from mol_compactons.chain.chain import GranularChain
 from mol_compactons.chain.nearest_neighbours import NearestNeighbours
 from mol_compactons.grid import Lattice
 from mol_compactons.integrators.scales import damping_ratio, order_for_damping
-from mol_compactons.integrators.sundials import SundialsIntegration
+from mol_compactons.integrators.sundials_integration import SundialsIntegration
 from mol_compactons.semidiscrete import SemiDiscretization
 from tests.systems import Array, one_compacton
 

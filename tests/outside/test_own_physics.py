@@ -36,7 +36,7 @@ from mol_compactons import (
     run,
     track,
 )
-from mol_compactons.results.netcdf import write_tree
+from mol_compactons.results.opening import write_tree
 from tests.systems import relative_error
 
 # By its name, which is no name for the type checker: nothing of the project imports this module.

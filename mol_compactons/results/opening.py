@@ -1,0 +1,78 @@
+"""Opening results and studies, those of runs that go on or were killed among them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mol_compactons.errors import InputError, require
+from mol_compactons.results.places import why, written_whole
+from mol_compactons.results.running_file import is_claimed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def open_result(path: str | Path) -> xr.Dataset:
+    """A result file, opened lazily; that of a run which goes on may be read meanwhile.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, cannot be read, or is no result of this program.
+    """
+    import xarray
+
+    path = Path(path)
+    try:
+        require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
+        dataset = xarray.open_dataset(path, engine="netcdf4")
+    except (OSError, ValueError, RuntimeError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
+    missing = [name for name in ("simulation", "status", "title") if name not in dataset.attrs]
+    if missing:
+        dataset.close()
+    require(not missing, f"{path} is not a result of mol_compactons: it has no attribute {', '.join(map(repr, missing))}.")
+    return dataset
+
+
+def status_of(dataset: xr.Dataset, path: str | Path) -> str:
+    """The status of a result, which says "running" also where its run was killed: then that, and the last time."""
+    status = str(dataset.attrs["status"])
+    if status != "running" or is_claimed(Path(path)):
+        return status
+    last = float(dataset["t"][-1]) if dataset.sizes["t"] else 0.0
+    return f"killed after t = {last:.6g}"
+
+
+def open_study(path: str | Path) -> xr.DataTree:
+    """A study of `mol_compactons.converge` from its file, opened lazily.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, cannot be read, or is no study of this program.
+    """
+    import xarray
+
+    with open_result(path) as root:
+        require("family" in root.attrs, f"{path} is no convergence study; make one with mol-compactons converge.")
+    return xarray.open_datatree(path, engine="netcdf4")
+
+
+def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
+    """Write a tree, or a Dataset, into a NetCDF file, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    path = Path(path)
+    try:
+        with written_whole(path) as part:
+            tree.to_netcdf(part, engine="netcdf4")
+    except (AttributeError, KeyError) as error:  # what is left of HDF5 where the disk is full
+        raise InputError(f"{path} cannot be written: {why(error, path.parent)}.") from None

@@ -1,0 +1,143 @@
+"""What an earlier run left, complete or not, so that another one can go on from it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mol_compactons.configuration import encode
+from mol_compactons.errors import require
+from mol_compactons.integrators.base import Counters
+from mol_compactons.results import checkpoint
+from mol_compactons.results.checkpoint import Checkpoint
+from mol_compactons.results.netcdf import RESTART
+from mol_compactons.results.opening import open_result
+from mol_compactons.results.reading import field_names
+from mol_compactons.results.running_file import is_claimed
+from mol_compactons.results.schema import COMPLETE
+from mol_compactons.simulation import Simulation
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MAY_DIFFER = ("t_end", "frames", "title")
+"""The settings in which a run may differ from the one that it goes on from."""
+
+BLOCK_SIZE = 2**19
+"""About how many numbers are looked at at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Earlier:
+    """What is there to go on from.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The earlier result, opened lazily.
+    simulation : Simulation
+        What is to be run in all: the earlier simulation, to the later of both ends.
+    frames : int
+        How many of its frames are whole and stand at the right times.
+    checkpoint : Checkpoint or None
+        Where its integrator was, no farther than the next frame; None where nothing is known but the frames.
+    """
+
+    dataset: xr.Dataset
+    simulation: Simulation
+    frames: int
+    checkpoint: Checkpoint | None
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether nothing is left to do."""
+        return str(self.dataset.attrs["status"]) == COMPLETE and self.frames == self.simulation.frames
+
+    @property
+    def history(self) -> str:
+        """What was done so far."""
+        return str(self.dataset.attrs.get("history", ""))
+
+
+def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
+    """What a file and the checkpoints beside it hold of a simulation that is asked for.
+
+    Raises
+    ------
+    InputError
+        If another run is writing the file, it is no result, or its settings are others in more than the end.
+    """
+    require(not is_claimed(path), f"Another run is writing {path}; wait for its end, or stop it.")
+    dataset = open_result(path)
+    try:
+        stored = Simulation.from_json(str(dataset.attrs["simulation"]))
+        _insist_on_the_same(path, stored, asked)
+        simulation = stored.extended(max(stored.t_end, asked.t_end))
+        require(
+            asked.frames in (stored.frames, simulation.frames),
+            f"frames = {asked.frames} differs from {path}, whose {stored.frames} frames to t = {stored.t_end:g} set their "
+            f"distance; leave it out, and their number is computed.",
+        )
+        frames = min(_whole_frames(dataset, simulation), simulation.frames)
+        require(frames > 0, f"{path} holds no whole frame to go on from; run again with --overwrite.")
+        found = [checkpoint.last(path), _stored_memory(path)]
+        usable = [one for one in found if one is not None and 0 < one.frames <= frames and _belongs(one, stored)]
+        best = max(usable, key=lambda one: one.t, default=None)
+        return Earlier(dataset, simulation, best.frames if best else frames, best)
+    except BaseException:
+        dataset.close()
+        raise
+
+
+def _insist_on_the_same(path: Path, stored: Simulation, asked: Simulation) -> None:
+    ours, theirs = encode(asked), encode(stored)
+    for name in ours:
+        require(
+            name in MAY_DIFFER or ours[name] == theirs[name],
+            f"The {name} differs from that of {path}, and a run that goes on has to keep it; leave it as it was, or write to "
+            "another file.",
+        )
+
+
+def _belongs(found: Checkpoint, stored: Simulation) -> bool:
+    """Whether a checkpoint is one of the simulation that a result holds."""
+    ours, theirs = encode(stored), json.loads(found.simulation)
+    return all(name in MAY_DIFFER or ours[name] == theirs.get(name) for name in ours)
+
+
+def _whole_frames(dataset: xr.Dataset, simulation: Simulation) -> int:
+    """How many frames from the first on are finite and stand where the simulation has them."""
+    count = min(dataset.sizes["t"], simulation.frames)
+    whole = dataset["t"].values[:count] == simulation.times[:count]
+    rows = max(1, BLOCK_SIZE // simulation.grid.size)
+    for first in range(0, count, rows):
+        block = slice(first, min(first + rows, count))
+        for name in field_names(dataset):
+            whole[block] &= np.isfinite(dataset[name].transpose("t", ...)[block].values).all(axis=1)
+    return count if whole.all() else int(np.argmin(whole))
+
+
+def _stored_memory(path: Path) -> Checkpoint | None:
+    """What a result that is complete keeps of its integrator."""
+    import xarray as xr
+
+    try:
+        group = xr.open_dataset(path, group=RESTART, engine="netcdf4", decode_cf=False)
+    except OSError:  # it has no such group
+        return None
+    with group:
+        memory = {str(name): variable.values for name, variable in group.variables.items()}
+        return Checkpoint.restored(str(group.attrs[checkpoint.ABOUT]), memory)
+
+
+def from_last_frame(earlier: Earlier) -> Checkpoint:
+    """A checkpoint that is made from the last whole frame, where there is no other."""
+    frame = earlier.dataset.isel(t=earlier.frames - 1)
+    state = np.stack([frame[name].values for name in field_names(earlier.dataset)]).astype(float)
+    t = float(frame["t"])
+    about = {"t": t, "frames": earlier.frames, "counters": Counters(), "seconds": 0.0, "simulation": "", "source": ""}
+    return Checkpoint(memory={"t": np.array(t), "state": state}, **about)  # type: ignore[arg-type]

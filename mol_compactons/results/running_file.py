@@ -1,0 +1,224 @@
+"""The file of a run that goes on: NetCDF in its classic format, to which whole frames are added.
+
+In the classic format with 64-bit offsets a frame, with all its numbers, is one block at the end of the file, and how many
+there are is one number in its header. There is no index that could be left half written: a frame counts when that number does,
+and that is written after the frame is safe on disk. What of the header changes later has its room from the start. Appending
+takes no library, so that threads do not meet in it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import socket
+import time
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.results.schema import Layout, describe
+from mol_compactons.runtime.locks import library_lock
+
+Array = NDArray[np.float64]
+
+_fcntl: ModuleType | None
+try:
+    import fcntl as _fcntl
+except ImportError:  # a system without it has no claims
+    _fcntl = None
+
+SYNC_SECONDS = 1.0
+SYNC_BYTES = 2**22
+"""Frames become safe on disk after so many seconds or bytes, whichever comes first."""
+
+STATUS_ROOM = 1024
+"""How many bytes the status has in the header."""
+
+COUNT_PLACE, COUNT_SIZE = 4, 4
+"""Where the header has the number of frames, and in how many bytes, the highest first."""
+
+PLACEHOLDER = "@" * STATUS_ROOM
+
+
+class RunningFile:
+    """A NetCDF file that grows by whole frames.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is made; no file is there.
+    layout : Layout
+        What the result looks like. The first frame holds the time, the series and the fields in that order.
+
+    Raises
+    ------
+    OSError, RuntimeError
+        If it cannot be written.
+    """
+
+    def __init__(self, path: Path, layout: Layout) -> None:
+        self._numbers, self._fields = len(layout.series) + 1, len(layout.fields)
+        self._size = layout.coordinates.size
+        self._row_size = 8 * (self._numbers + self._fields * self._size)
+        _write_header(path, layout)
+        self._file = path.open("rb+", buffering=0)
+        claim(self._file.fileno())
+        self._first = path.stat().st_size - self._row_size
+        self._status_place = self._file.read(self._first).index(PLACEHOLDER.encode())
+        self._waiting: list[bytes] = []
+        self._synced = time.monotonic()
+        self.frames = 0
+        self._count(0)
+        self._file.truncate(self._first)
+        self.set_status("running")
+
+    @property
+    def size(self) -> int:
+        """How many bytes it has."""
+        return self._first + self.frames * self._row_size
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether it was closed."""
+        return self._file.closed
+
+    @property
+    def descriptor(self) -> int:
+        """The number of the open file."""
+        return self._file.fileno()
+
+    def append(self, t: float, numbers: list[float], state: NDArray[np.float64]) -> None:
+        """Add a frame; it is in the file after the next `sync`."""
+        row = np.empty(self._row_size // 8, ">f8")
+        row[0] = t
+        row[1 : self._numbers] = numbers
+        row[self._numbers :] = state.reshape(-1)
+        self._waiting.append(row.tobytes())
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time for a `sync`."""
+        return time.monotonic() - self._synced > SYNC_SECONDS or len(self._waiting) * self._row_size > SYNC_BYTES
+
+    def sync(self) -> None:
+        """Make all frames safe on disk, and count them.
+
+        Raises
+        ------
+        OSError
+            If they cannot be written; those counted before stay.
+        """
+        if self._waiting:
+            try:
+                self._write(self._first + self.frames * self._row_size, b"".join(self._waiting))
+                os.fsync(self._file.fileno())
+            except OSError:
+                with contextlib.suppress(OSError):
+                    self._file.truncate(self._first + self.frames * self._row_size)
+                raise
+            self._count(self.frames + len(self._waiting))
+            self._waiting.clear()
+            os.fsync(self._file.fileno())
+        self._synced = time.monotonic()
+
+    def set_status(self, status: str) -> None:
+        """Write the status into its room."""
+        # netCDF4 and scipy take the zeros at the end away.
+        text = status.encode()[: STATUS_ROOM - 1].decode(errors="ignore").encode()
+        self._write(self._status_place, text.ljust(STATUS_ROOM, b"\0"))
+
+    def touch(self) -> None:
+        """Show that the run is alive: the file was changed now."""
+        with contextlib.suppress(OSError):
+            os.utime(self._file.fileno())
+
+    def rows(self, first: int, count: int) -> tuple[Array, Array, Array]:
+        """Frames that are counted: times (count,), series (names, count), fields (names, count, size)."""
+        self._file.seek(self._first + first * self._row_size)
+        content = bytearray(count * self._row_size)
+        rest = memoryview(content)
+        while rest:
+            rest = rest[self._file.readinto(rest) :]
+        rows = np.frombuffer(content, ">f8").reshape(count, self._row_size // 8).astype(float)
+        fields = rows[:, self._numbers :].reshape(count, self._fields, self._size)
+        return rows[:, 0], rows[:, 1 : self._numbers].T, fields.swapaxes(0, 1)
+
+    def copy_to(self, target: Path) -> None:
+        """Copy all that is counted to a new file."""
+        self._file.seek(0)
+        with target.open("xb") as copy:
+            shutil.copyfileobj(self._file, copy)
+            copy.truncate(self.size)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _count(self, frames: int) -> None:
+        self._write(COUNT_PLACE, frames.to_bytes(COUNT_SIZE, "big"))
+        self.frames = frames
+
+    def _write(self, place: int, content: bytes) -> None:
+        self._file.seek(place)
+        rest = memoryview(content)
+        while rest:
+            rest = rest[self._file.write(rest) :]
+
+
+def _write_header(path: Path, layout: Layout) -> None:
+    """Make the file, with the points and one frame that is still to be written, whose length tells where it begins."""
+    import netCDF4
+
+    owner = {"process": f"{os.getpid()} on {socket.gethostname()}"}
+    with library_lock(), netCDF4.Dataset(path, "w", format="NETCDF3_64BIT_OFFSET", clobber=False) as file:
+        file.setncatts(layout.attributes | owner | {"status": PLACEHOLDER})
+        file.createDimension("t", None)
+        file.createDimension(layout.space, layout.coordinates.size)
+        _create(file, layout.space, (layout.space,), layout.coordinate_attributes)[:] = layout.coordinates
+        for name, own in {"t": describe("t"), **layout.series}.items():
+            _create(file, name, ("t",), own)
+        for name, own in layout.fields.items():
+            _create(file, name, ("t", layout.space), own)
+        file["t"][0] = 0.0
+
+
+def _create(file: Any, name: str, dimensions: tuple[str, ...], attributes: dict[str, Any]) -> Any:
+    variable = file.createVariable(name, "f8", dimensions, fill_value=False if name in dimensions else np.nan)
+    variable.setncatts(attributes)
+    return variable
+
+
+def claim(descriptor: int) -> None:
+    """Claim an open file until it is closed or the process ends, however it ends.
+
+    Raises
+    ------
+    BlockingIOError
+        If another process has claimed it.
+    """
+    if _fcntl is None:
+        return
+    try:
+        _fcntl.flock(descriptor, _fcntl.LOCK_EX | _fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise
+    except OSError:  # a file system without claims
+        return
+
+
+def is_claimed(path: Path) -> bool:
+    """Whether a run that is alive writes the file."""
+    if _fcntl is None:
+        return False
+    try:
+        with path.open("rb") as file:
+            _fcntl.flock(file.fileno(), _fcntl.LOCK_SH | _fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
