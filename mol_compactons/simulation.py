@@ -60,6 +60,8 @@ class Simulation(Settings):
         The last time, nondimensional.
     frames : int
         Number of output times, equally spaced from 0 to t_end, both included.
+    output_times : list of float, optional
+        Output times of one's own, growing from 0 to t_end, in place of equally spaced ones; `frames` is their number then.
     integrator
         The time integrator.
     title : str
@@ -92,6 +94,7 @@ class Simulation(Settings):
     frames: int = 101
     integrator: Integrator = field(default_factory=IDA)
     title: str = ""
+    output_times: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.equation, Equation) and isinstance(self.grid, Grid):
@@ -106,12 +109,26 @@ class Simulation(Settings):
             f"title = {self.title!a} holds what no text can hold; choose letters and signs.",
         )
         require(1e-9 <= self.t_end <= 1e12, f"t_end = {self.t_end:g} must lie between 1e-9 and 1e12.")
+        self._check_output_times()
         require(
             2 <= self.frames <= MOST_FRAMES,
             f"frames = {self.frames:.16g} must lie between 2, the first and the last time, and {MOST_FRAMES}.",
         )
         self.integrator.check_system(self.discretize())
         self.initial_state()
+
+    def _check_output_times(self) -> None:
+        """Those of one's own count as frames."""
+        if self.output_times is None:
+            return
+        times = np.asarray(self.output_times, dtype=float)
+        growing = times.size > 1 and bool((np.diff(times) > 0).all())
+        require(
+            growing and times[0] == 0 and times[-1] == self.t_end,
+            f"output_times must grow from 0 to t_end = {self.t_end:g}, both included; these are {times.size} values, "
+            f"{', '.join(f'{t:g}' for t in times[:3])}{', ...' if times.size > 3 else ''}.",
+        )
+        object.__setattr__(self, "frames", times.size)
 
     def _check_variables(self) -> None:
         """An equation of the user's own may call its variables anything."""
@@ -156,6 +173,8 @@ class Simulation(Settings):
 
         A simulation that goes on farther with frames as dense has the same times as far as this one goes, to the last bit.
         """
+        if self.output_times is not None:
+            return np.array(self.output_times, dtype=float)
         return multiples(Fraction(repr(float(self.t_end))) / (self.frames - 1), self.frames)
 
     def extended(self, t_end: float) -> Simulation:
@@ -166,6 +185,12 @@ class Simulation(Settings):
         InputError
             If the new end is no output time of it.
         """
+        require(
+            self.output_times is None or t_end == self.t_end,
+            f"t_end = {t_end:g} is beyond the output_times that the simulation has; give longer ones that begin with these.",
+        )
+        if self.output_times is not None:
+            return self
         spacing = Fraction(repr(float(self.t_end))) / (self.frames - 1)
         count = round(Fraction(repr(float(t_end))) / spacing)
         longer = replace(self, t_end=t_end, frames=max(count + 1, 2))

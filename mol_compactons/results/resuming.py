@@ -24,7 +24,7 @@ from mol_compactons.simulation import Simulation
 if TYPE_CHECKING:
     import xarray as xr
 
-MAY_DIFFER = ("t_end", "frames", "title")
+MAY_DIFFER = ("t_end", "frames", "output_times", "title")
 """The settings in which a run may differ from the one that it goes on from."""
 
 BLOCK_SIZE = 2**19
@@ -76,12 +76,7 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
     try:
         stored = Simulation.from_json(str(dataset.attrs["simulation"]))
         _insist_on_the_same(path, stored, asked)
-        simulation = stored.extended(max(stored.t_end, asked.t_end))
-        require(
-            asked.frames in (stored.frames, simulation.frames),
-            f"frames = {asked.frames} differs from {path}, whose {stored.frames} frames to t = {stored.t_end:g} set their "
-            f"distance; leave it out, and their number is computed.",
-        )
+        simulation = _in_all(path, stored, asked)
         frames = min(_whole_frames(dataset, simulation), simulation.frames)
         require(frames > 0, f"{path} holds no whole frame to go on from; run again with --overwrite.")
         found = [checkpoint.last(path), _stored_memory(path)]
@@ -91,6 +86,24 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
     except BaseException:
         dataset.close()
         raise
+
+
+def _in_all(path: Path, stored: Simulation, asked: Simulation) -> Simulation:
+    """What is to be run in all, to the later of both ends."""
+    if stored.output_times is not None or asked.output_times is not None:
+        longer, shorter = (asked, stored) if asked.t_end > stored.t_end else (stored, asked)
+        require(
+            np.array_equal(longer.times[: shorter.frames], shorter.times),
+            f"The output times differ from those of {path}; begin with the same, to go on beyond them.",
+        )
+        return longer
+    simulation = stored.extended(max(stored.t_end, asked.t_end))
+    require(
+        asked.frames in (stored.frames, simulation.frames),
+        f"frames = {asked.frames} differs from {path}, whose {stored.frames} frames to t = {stored.t_end:g} set their "
+        f"distance; leave it out, and their number is computed.",
+    )
+    return simulation
 
 
 def _insist_on_the_same(path: Path, stored: Simulation, asked: Simulation) -> None:

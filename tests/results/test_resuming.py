@@ -315,3 +315,17 @@ def test_two_threads_that_want_one_new_file_do_not_share_it(tmp_path: Path) -> N
     assert sorted(end == "complete" for end in ends) == [False, True]
     assert any(word in " ".join(ends) for word in ("exists", "has made", "is writing", "has begun to write"))
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("simulation", [EXACT[0], EXACT[2], CHAIN], ids=names)
+def test_output_times_of_ones_own_go_on_too(simulation: Simulation, tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    short = replace(simulation, output_times=[0, 0.1, 0.15, 1])
+    longer = replace(simulation, output_times=[0, 0.1, 0.15, 1, 1.5, 4], t_end=4)
+    with run(short, path) as dataset:
+        assert dataset.t.values.tolist() == [0, 0.1, 0.15, 1]
+        assert Simulation.from_json(dataset.attrs["simulation"]) == short
+    with run(longer, path, resume=True) as done:
+        assert same(done, run(longer))
+    with pytest.raises(InputError, match="The output times differ from those of"):
+        run(replace(simulation, output_times=[0, 0.2, 1, 5], t_end=5), path, resume=True)
