@@ -153,7 +153,7 @@ def test_eight_points_tell_the_speed_of_a_wave(size: int, speed: float) -> None:
     assert found == pytest.approx(speed, rel=0.2)
 
 
-@pytest.mark.parametrize("times", [[], [0], [0, 2, 1, 14], [1, 14], [0, 13], [0, 0, 14], [0, np.nan, 14]])
+@pytest.mark.parametrize("times", [[], [0], [0, 2, 1, 14], [1, 14], [0, 13], [0, 0, 14]])
 def test_output_times_of_ones_own_grow_from_the_beginning_to_the_end(times: list[float]) -> None:
     with pytest.raises(InputError, match="output_times must grow from 0 to t_end = 14"):
         replace(load("single_compacton"), output_times=times)
