@@ -107,30 +107,31 @@ def run(
         earlier = look_for_earlier(target, simulation)
         if earlier.is_enough:
             return earlier.dataset
-        course = _going_on(earlier, target)
+        course = _going_on(earlier, target, stop)
     else:
-        course = _from_the_start(simulation, target, overwrite)
-    course.watch_with([rule.begin(course.system, course.t, course.state) for rule in stop], observe)
+        course = _from_the_start(simulation, target, overwrite, stop)
+    course.show_to(observe)
     with stopping_on_signals(report) as watch:
         return course.run(watch, keep_checkpoints)
 
 
-def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool) -> Course:
+def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool, stop: Sequence[StopRule]) -> Course:
     from mol_compactons.results.netcdf import NetCDFRecorder
 
     system = simulation.discretize()
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
     layout = _layout(simulation, state)
+    watchers = [rule.begin(system, 0.0, state) for rule in stop]
     recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, path, overwrite)
     if path is not None:
         checkpoint.discard(path)
-    course = Course(simulation, path, integration, recorder)
+    course = Course(simulation, path, integration, recorder, watchers)
     course.record(0.0, state)
     return course
 
 
-def _going_on(earlier: Earlier, path: Path) -> Course:
+def _going_on(earlier: Earlier, path: Path, stop: Sequence[StopRule]) -> Course:
     from mol_compactons.results.netcdf import NetCDFRecorder
     from mol_compactons.results.resuming import from_last_frame
 
@@ -142,12 +143,13 @@ def _going_on(earlier: Earlier, path: Path) -> Course:
     integration = method(system, began.memory, simulation.t_end)
     integration.counters = began.counters
     layout = _layout(simulation, simulation.initial_state())
+    watchers = [rule.begin(system, began.t, began.memory["state"]) for rule in stop]
     now = datetime.now(UTC).isoformat(timespec="seconds")
     layout.attributes["history"] = f"{earlier.history}\n{now}: went on from t = {began.t:.6g} by {source().split(' (')[0]}"
     recorder = NetCDFRecorder(layout, path, overwrite=True)
     with earlier.dataset as dataset:
         recorder.take_over(dataset, began.frames)
-    return Course(simulation, path, integration, recorder, began)
+    return Course(simulation, path, integration, recorder, watchers, began)
 
 
 def _layout(simulation: Simulation, state: Array) -> Layout:
@@ -173,6 +175,8 @@ class Course:
         It stands between two steps.
     recorder : Recorder
         It has the frames so far.
+    watchers : sequence of Watcher
+        What may end the run early.
     began : Checkpoint, optional
         Where it went on from.
     """
@@ -183,35 +187,31 @@ class Course:
         path: Path | None,
         integration: Integration,
         recorder: Recorder,
+        watchers: Sequence[Watcher] = (),
         began: Checkpoint | None = None,
     ) -> None:
         self._simulation, self._path, self._integration, self._recorder = simulation, path, integration, recorder
-        self.system = simulation.discretize()
-        self._watchers: Sequence[Watcher] = ()
+        self._system = simulation.discretize()
+        self._watchers = watchers
         self._observe: Observe | None = None
         self._recorded = began.frames if began else 0
         self._latest: Memory = began.memory if began else {}
-        self.t = began.t if began else 0.0
+        self._t = began.t if began else 0.0
         self._seconds_before = began.seconds if began else 0.0
         self._started = time.process_time()
         self._saved = self._shown = time.monotonic()
         self._checkpoints = 0
 
-    @property
-    def state(self) -> Array:
-        """The state at `t`, shape (components, size)."""
-        return np.asarray(self._latest["state"])
-
-    def watch_with(self, watchers: Sequence[Watcher], observe: Observe | None) -> None:
-        """Let others look at what comes, and say when to stop."""
-        self._watchers, self._observe = watchers, observe
+    def show_to(self, observe: Observe | None) -> None:
+        """Let somebody look at the frames, the first included."""
+        self._observe = observe
         if self._recorded == 1:
-            self._show(self.t, self.state)
+            self._show(self._t, np.asarray(self._latest["state"]))
 
     def record(self, t: float, state: Array) -> None:
         """Take a frame."""
-        self.t, self._latest = t, {"t": np.array(t), "state": state}
-        self._recorder.append(t, state, _numbers(self.system.invariants(state) | self.system.diagnostics(state)))
+        self._t, self._latest = t, {"t": np.array(t), "state": state}
+        self._recorder.append(t, state, _numbers(self._system.invariants(state) | self._system.diagnostics(state)))
         self._recorded += 1
         self._show(t, state)
 
@@ -222,7 +222,7 @@ class Course:
             self._observe(t, view)
 
     def _so_far(self) -> xr.Dataset:
-        self._recorder.sync(self.t)
+        self._recorder.sync(self._t)
         return self._recorder.dataset()
 
     def _stop_if(self, t: float, reasons: Sequence[str]) -> None:
@@ -234,20 +234,20 @@ class Course:
         """Go on to the end, and close the recorder, whatever happens."""
         status, failure = "", None
         try:
-            report(self.t)
+            report(self._t)
             for t in self._simulation.times[self._recorded :]:
                 state = self._integration.advance(float(t), self._watching(report))
                 self.record(float(t), state)
                 if self._recorded < self._simulation.frames:
-                    self._stop_if(self.t, [watcher.at_frame(self.t, state, self._so_far) for watcher in self._watchers])
+                    self._stop_if(self._t, [watcher.at_frame(self._t, state, self._so_far) for watcher in self._watchers])
             status = COMPLETE
         except _Stop as stop:
             status = str(stop)
         except IntegrationError as error:
             status, failure = f"failed at t = {error.t:.6g}: {error}", error
         except MemoryError:
-            failure = IntegrationError(NO_MEMORY, self.t)
-            status = f"failed at t = {self.t:.6g}: {NO_MEMORY}"
+            failure = IntegrationError(NO_MEMORY, self._t)
+            status = f"failed at t = {self._t:.6g}: {NO_MEMORY}"
         finally:
             failure = self._close(status, report, failure, keep_checkpoints)
         if failure:
@@ -305,21 +305,21 @@ class Course:
         done = status == COMPLETE
         if isinstance(self._integration, CanBeClosed):
             self._integration.close()
-        attributes = cost_attributes(status or f"interrupted at t = {self.t:.6g}", self._integration.counters, self._seconds)
+        attributes = cost_attributes(status or f"interrupted at t = {self._t:.6g}", self._integration.counters, self._seconds)
         memory = self._checkpoint().packed() if self._path is not None else None
         try:
             # After a failure the integrator may stand in the middle of a step.
             if self._path is not None and (not status or status.startswith("stopped")):
-                self._save(self.t)
+                self._save(self._t)
         except IntegrationError as error:
             failure = failure or error
         try:
-            inside = self._recorder.close(attributes, memory, lambda: report(self.t) if done else None)
+            inside = self._recorder.close(attributes, memory, lambda: report(self._t) if done else None)
         except IntegrationError as error:
             return failure or error
         if self._path is not None and done:
             if not inside:
-                self._save(self.t, synced=True)
+                self._save(self._t, synced=True)
             elif not keep_checkpoints:
                 checkpoint.discard(self._path)
         return failure

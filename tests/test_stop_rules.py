@@ -154,3 +154,9 @@ def test_what_observes_sees_each_frame_and_changes_nothing() -> None:
     assert np.array_equal([state[0] for _, state in seen], dataset.W)
     xr.testing.assert_equal(dataset, run(WAVE))
     assert Compacton(1, 5).speed == 1
+
+
+def test_a_rule_that_does_not_suit_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="quantity = 'charge'"):
+        run(WAVE, tmp_path / "a.nc", stop=[DriftBound(quantity="charge")])
+    assert list(tmp_path.iterdir()) == []
