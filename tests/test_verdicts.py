@@ -6,15 +6,17 @@ import math
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.verdicts import __main__ as command
 from benchmarks.verdicts import chains, traps
 from benchmarks.verdicts.__main__ import FAMILIES, Tally, report
-from benchmarks.verdicts.known import Known, Row, Truth, rows
+from benchmarks.verdicts.known import Known, NoTrapError, Row, Truth, rows
 from mol_compactons import Family, InputError
 from mol_compactons.studies.judgement import CONVERGED, CONVERGING, NOT_CONVERGED
 
@@ -68,6 +70,56 @@ def test_what_no_other_scheme_bears_out_is_right_and_not_recognised() -> None:
     assert unrecognised > 5
     assert sum("not recognised " in line for line in lines[2:-1]) == unrecognised
     assert len(lines) == 3 + judged
+
+
+def test_what_shows_the_trap_of_a_family_stands_below_it() -> None:
+    status, (_, line, seen, _) = shown(
+        lambda: replace(chains.chain_cubic(), trap=lambda study: f"{study.attrs['title']} fell")
+    )
+    assert status == 0
+    assert line.split()[1:] == ["7", "7", "0", "0"]
+    assert seen.strip().startswith("Convergence of")
+    assert seen.endswith(" fell")
+
+
+def test_a_family_without_its_trap_is_a_failure() -> None:
+    def harmless() -> Known:
+        return replace(chains.chain_cubic(), trap=partial(traps.some_died, sizes=(30,)))
+
+    status, lines = shown(harmless)
+    assert status == 1
+    assert lines[1].startswith("harmless could not be run: members that failed should be those of CompactScheme for N = (30,)")
+    assert lines[-1].split() == ["sum", "of", "0", "families", "0", "0", "0", "0"]
+
+
+DEATHS = [
+    ("CompactScheme(second_difference=wide) N=80 viscosity", "CompactScheme(second_difference=wide) N=40 viscosity"),
+    ("CompactScheme(second_difference=wide) N=80 viscosity", "ConservativeScheme(order=4) N=80 viscosity"),
+    (),
+]
+
+
+def test_a_scheme_dies_on_the_grids_that_are_named_and_on_no_others() -> None:
+    def study(*failed: str) -> xr.DataTree:
+        return xr.DataTree(xr.Dataset(attrs={"failed": "\n".join(f"inviscid {one}=0: gave up" for one in failed)}))
+
+    assert "1 members failed" in traps.some_died(study(DEATHS[0][0]), sizes=(80,))
+    for failed in DEATHS:
+        with pytest.raises(NoTrapError):
+            traps.some_died(study(*failed), sizes=(80,))
+
+
+@given(st.floats(-1, 1), st.floats(0, 0.2))
+def test_it_is_too_early_where_only_waiting_tells(apart: float, uncertainty: float) -> None:
+    parts = {"space": 0.1, "time": 0.05, "viscosity": 0.02, "scheme": 0.03, "settling": 9.0, "reading": 9.0}
+    columns = {name: (("limit", "quantity"), [[value]]) for name, value in (parts | {"value": 2 + apart}).items()}
+    summary = xr.Dataset(columns, {"limit": ["inviscid"], "quantity": ["speed 0"]})
+    study, truth = xr.DataTree.from_dict({"/summary": summary}), Truth(2.0, uncertainty)
+    if abs(apart) - uncertainty > 0.2 + 1e-12:
+        assert "truth 2" in traps.too_early(study, "speed 0", truth)
+    elif abs(apart) - uncertainty < 0.2 - 1e-12:
+        with pytest.raises(NoTrapError, match="truth 2"):
+            traps.too_early(study, "speed 0", truth)
 
 
 def test_a_family_that_cannot_be_run_is_named() -> None:

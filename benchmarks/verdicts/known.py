@@ -35,6 +35,14 @@ class Truth:
     uncertainty: float = 0.0
 
 
+Trap = Callable[["xr.DataTree"], str]
+"""What of a trap is seen in a study, in words; raises `NoTrapError` where it is not there."""
+
+
+class NoTrapError(Exception):
+    """A family does not show the trap that it was made for, and so says nothing of it."""
+
+
 @dataclass(frozen=True)
 class Known:
     """A simulation, the family that is made of it, and what is known of its outcome.
@@ -49,12 +57,15 @@ class Known:
         By quantity, as the summary of a study calls it.
     conserved : tuple of str
         What the equation conserves, so that its drift is 0; "all" for whatever the results report.
+    trap : callable, optional
+        Called with the study; sees to it that the trap is there, for which the family was made.
     """
 
     simulation: Simulation
     family: Family = field(default_factory=Family)
     truths: Mapping[str, Truth] = field(default_factory=dict)
     conserved: tuple[str, ...] = ("all",)
+    trap: Trap | None = None
 
     def truth(self, quantity: str) -> Truth | None:
         """What is known of a quantity; None for nothing."""
@@ -120,8 +131,26 @@ class Row:
 
 
 def rows(name: str, known: Known, notice: Callable[[str], None] = lambda line: None) -> list[Row]:
-    """Run a family, and put what its study says of each quantity beside the truth; quantities without one are left out."""
-    summary = converge(known.simulation, known.family, notice)["summary"].to_dataset()
+    """Run a family, and put what its study says of each quantity beside the truth; quantities without one are left out.
+
+    Parameters
+    ----------
+    name : str
+        That of the family.
+    known : Known
+        The family.
+    notice : callable
+        Called with what is seen of its trap.
+
+    Raises
+    ------
+    NoTrapError
+        If the trap is not there for which it was made.
+    """
+    study = converge(known.simulation, known.family)
+    if known.trap is not None:
+        notice(known.trap(study))
+    summary = study["summary"].to_dataset()
     return [
         _row(name, summary.sel(limit=limit, quantity=quantity), truth, known.family.accuracy)
         for limit in summary["limit"].values

@@ -62,7 +62,8 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
         less that of a compacton as high); along wave the standard errors of the last, ``phase_shift_noise`` and so on; the
         same of what is left, along window. ``phase_shift_settling`` and so on: how far each may be from what it tends to, as
         `remaining` says, and no less than `least_change` does. ``phase_shift_reading`` and so on: how exactly each is read,
-        as `readings` says. NaN where there are no windows.
+        as `readings` says. NaN where there are no windows. ``mass_left_reading`` and so on: half of the range in
+        the last window, and what the misfits of the waves leave open.
 
     Raises
     ------
@@ -78,7 +79,8 @@ def first_collision(tracks: xr.Dataset) -> xr.Dataset:
     rows = [_of_wave(path, tracks.isel(wave=wave), of_height[:, wave]) for wave, path in enumerate(paths)]
     along_wave = {name: np.array([row[name] for row in rows]) for name in _nothing()}
     dimensions = {name: ("wave", "window")[: value.ndim] for name, value in along_wave.items()}
-    left = _left(tracks, [path for path in paths if path is not None and path.after.size])
+    free = [(path, row) for path, row in zip(paths, rows, strict=True) if path is not None and path.after.size]
+    left = _left(tracks, [path for path, _ in free], _open_parts(free))
     dimensions |= {name: ("window",) * np.ndim(value) for name, value in left.items()}
     return xr.Dataset(
         {name: (dimensions[name], value, describe(name)) for name, value in (along_wave | left).items()},
@@ -240,9 +242,9 @@ def least_change(t: float, speed: float, height: float, mismatch: float) -> dict
     return {"phase_shift": apart * float(t), "speed": apart, "height": 2 * part * float(height)}
 
 
-def _left(tracks: xr.Dataset, paths: list[Path]) -> dict[str, float | Array]:
-    """What is left behind, while all waves that collided are free."""
-    single = [f"{name}{what}" for name in LEFT for what in ("", "_noise", "_settling")]
+def _left(tracks: xr.Dataset, paths: list[Path], open_parts: Mapping[str, float]) -> dict[str, float | Array]:
+    """What is left behind, while all waves that collided are free, and what their misfits leave open about it."""
+    single = [f"{name}{what}" for name in LEFT for what in ("", "_noise", "_settling", "_reading")]
     values: dict[str, float | Array] = dict.fromkeys(single, np.nan)
     values |= {f"window_{name}": np.full(WINDOWS, np.nan) for name in ("t_left", *LEFT)}
     if not paths:
@@ -259,8 +261,25 @@ def _left(tracks: xr.Dataset, paths: list[Path]) -> dict[str, float | Array]:
             continue
         t = np.array([times[part].mean() - since for part in parts])
         means = np.array([series[part].mean() for part in parts])
-        # A largest value has no standard error: its range within the last window is its noise.
-        noise = 0.5 * np.ptp(series[parts[-1]])
+        # The distance from a line is the noise with which a change from window to window is compared: the range would
+        # count what goes on changing as noise.
+        noise = line_through(times[parts[-1]], series[parts[-1]]).scatter
         values |= {"window_t_left": t, f"window_{name}": means, f"{name}_noise": noise}
         values[f"{name}_settling"] = remaining(t, means, noise)
+        # A largest value has no standard error: half its range is left open.
+        values[f"{name}_reading"] = 0.5 * np.ptp(series[parts[-1]]) + open_parts[name]
     return values
+
+
+def _open_parts(free: list[tuple[Path, dict[str, float | Array]]]) -> dict[str, float]:
+    """What the misfits of waves that are free after their collision leave open about what is left.
+
+    A wave that is no solitary one has yet to shed what it differs by, or to take it in. It holds about half of its height
+    times its support, and as much of the squares; a relative misfit r is that part of it, and r^2 of its square.
+    """
+    mass = momentum = 0.0
+    for path, row in free:
+        misfit, height = np.nan_to_num(float(row["misfit"])), abs(float(row["height_after"]))
+        mass += 0.5 * misfit * height * path.width
+        momentum += 0.25 * misfit**2 * height**2 * path.width
+    return {"mass_left": mass, "momentum_left": momentum, "height_left": 0.0}

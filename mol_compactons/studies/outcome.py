@@ -166,7 +166,7 @@ def _add_what_is_left(outcome: Outcome, tracks: xr.Dataset, collision: xr.Datase
         if collided_at_all:
             windows, noise = collision[f"window_{left}"].values, float(collision[f"{left}_noise"])
             course = Course(collision.window_t_left.values, windows, noise)
-            outcome.add(f"{name} left", collision[left], total, course, noise)
+            outcome.add(f"{name} left", collision[left], total, course, float(collision[f"{left}_reading"]))
         else:
             # Half the range: a largest value has no standard error.
             noise = 0.5 * float(np.ptp(tracks[left].values[-LAST_READINGS:]))

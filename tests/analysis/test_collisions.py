@@ -142,6 +142,56 @@ def test_what_is_left_is_the_mean_over_the_settled_time() -> None:
         assert float(left[name]) == pytest.approx(np.arange(33, 41).mean() / 40)
 
 
+def test_what_goes_on_changing_within_a_window_is_no_noise_of_what_is_left() -> None:
+    """A course that does not slow down is far from its end, however little of it the windows show."""
+    tracks = two_lines((0.0, 0.0))
+    left = first_collision(tracks)
+    rest = 2.0 * abs(float(left.window_mass_left[2]) - float(left.window_mass_left[1]))
+    assert float(left.mass_left_noise) == pytest.approx(0, abs=1e-12)
+    assert float(left.mass_left_settling) > rest > 0
+    jitter = np.where(np.arange(tracks.sizes["t"]) % 2, 0.01, -0.01)
+    tracks["mass_left"] = ("t", jitter)
+    still = first_collision(tracks)
+    assert 0.01 <= float(still.mass_left_noise) < 0.015
+    assert float(still.mass_left_settling) < 0.05
+
+
+def test_what_a_wave_has_yet_to_shed_is_left_open() -> None:
+    """Half a misfit of height times support of each wave, of the square that of the misfit; nothing where all are exact."""
+    tracks = two_lines((0.0, 0.0))
+    exact = first_collision(tracks)
+    tracks["residual"] = (("t", "wave"), np.full(tracks.height.shape, [0.1, 0.02]))
+    off = first_collision(tracks)
+    height, support = np.array([1.0, 2.0]), 2 * tracks.width.values[0]
+    misfit = np.array([0.1, 0.02])
+    for name, expected in {
+        "mass_left": 0.5 * float(misfit @ (height * support)),
+        "momentum_left": 0.25 * float(misfit**2 @ (height**2 * support)),
+        "height_left": 0.0,
+    }.items():
+        assert float(off[f"{name}_reading"] - exact[f"{name}_reading"]) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("t_end", [26, 32, 45])
+def test_what_is_left_is_open_until_the_waves_are_settled(t_end: int) -> None:
+    """A collision of n = 2, whose slow wave takes in what counts as left behind until t = 90; the truths are from t = 240."""
+    simulation = Simulation(
+        equation=GranularCompacton(2),
+        grid=Grid(length=60, size=240),
+        scheme=ConservativeScheme(4, grid_viscosity=0.03, viscosity_order=6),
+        initial=[Compacton(1, 8), Compacton(0.25, 20)],
+        t_end=t_end,
+        frames=4 * t_end + 1,
+        integrator=CVODE(rtol=1e-4),
+    )
+    collision = first_collision(track(run(simulation), newborn=False))
+    for name, truth in {"mass_left": 0.0199, "momentum_left": 0.0044}.items():
+        off = abs(float(collision[name]) - truth)
+        assert off > 0.1 * truth
+        assert off < float(collision[f"{name}_settling"] + collision[f"{name}_reading"])
+
+
 def test_scatter_is_the_largest_distance_from_the_lines() -> None:
     tracks = two_lines((0.0, 0.0))
     tracks["position"][5, 0] += 0.5

@@ -216,7 +216,8 @@ def test_a_largest_value_is_not_extrapolated() -> None:
     row = rows(tree).sel(quantity="height left")
     assert float(row.space) == pytest.approx(0.01 / (2**0.4 - 1))
     assert float(row.scheme) == pytest.approx(0.004)
-    assert float(row.value) == pytest.approx(0.024)
+    either = (pytest.approx(0.02), pytest.approx(0.024))
+    assert float(row.value) in either, "the schemes have the same error, and so either may be the best"
     smooth = rows(tree).sel(quantity="mass left")
     assert float(smooth.space) == pytest.approx(0, abs=1e-9)
 
