@@ -6,8 +6,8 @@ converged with a bar that holds the truth, how many with one that does not, and 
 for and were not recognised. Each false one is printed with its value, its bar and the truth, and so, with --all, is
 every quantity. Families made for a trap that one cannot see in the table say what of it is there: which members failed, how
 far from the truth an early look is. The exit status is 1 if there is a false one, or if a family could not be run or does not
-show its trap. All families take about
-a quarter of an hour.
+show its trap. All families take
+about five minutes of one core.
 """
 
 from __future__ import annotations
