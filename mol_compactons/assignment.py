@@ -6,11 +6,12 @@ import ast
 import operator
 import re
 import typing
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from mol_compactons.configuration import alternatives, decode, describe, did_you_mean, encode, hints_of, item_hint, value_hint
-from mol_compactons.errors import InputError
+from mol_compactons.errors import LONGEST_SHOWN, InputError, require, shown
 from mol_compactons.open_set import find, loaded
 
 T = TypeVar("T")
@@ -25,6 +26,12 @@ def _nothing(module: str) -> None:
 
 _OUTSIDE_CLASS = re.compile(r"""("[^"]*"|'[^']*')|\b([A-Za-z_][\w.]*):([A-Za-z_]\w*)""")
 """Quoted texts, which stay as they are, and "module:Class"."""
+
+MOST_LEVELS = 60
+"""How deep a value may be nested; no part of a simulation needs ten levels."""
+
+LARGEST_WHOLE = 2**1023
+"""Whole numbers from here on are no floats."""
 
 _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -57,7 +64,7 @@ def assign(instance: T, changes: dict[str, str], importing: Importer = _nothing)
     for path, text in changes.items():
         known = list(_paths(type(instance), tree))
         if path not in known:
-            raise InputError(f"{path!r} is not a field of {type(instance).__name__}; {did_you_mean(path, known)}")
+            raise InputError(f"{shown(path)} is not a field of {type(instance).__name__}; {did_you_mean(path, known)}")
         _replace(type(instance), tree, path.split("."), text, importing)
     return typing.cast(T, decode(type(instance), tree))
 
@@ -112,10 +119,27 @@ def _parse(hint: Any, text: str) -> Any:
         return text
     dotted = _OUTSIDE_CLASS.sub(lambda found: found.group(1) or f"{found.group(2)}.{found.group(3)}", text.strip())
     try:
-        tree = ast.parse(dotted, mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        with warnings.catch_warnings(action="ignore"):
+            tree: ast.expr | None = ast.parse(dotted, mode="eval").body
+    except (SyntaxError, ValueError):
         return text
-    return _value(hint, tree, text)
+    except (RecursionError, MemoryError):
+        tree = None
+    require(
+        tree is not None and not _is_deeper(tree, MOST_LEVELS),
+        f"The value {shown(text)} is nested more than {MOST_LEVELS} levels deep; write it with fewer signs and brackets.",
+    )
+    return _value(hint, typing.cast(ast.expr, tree), text)
+
+
+def _is_deeper(tree: ast.AST, levels: int) -> bool:
+    """Whether a tree has more than a number of levels of expressions; without recursion, which has a limit too."""
+    level: list[ast.AST] = [tree]
+    for _ in range(levels):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return False
+    return True
 
 
 def _class_named(hint: Any, node: ast.expr) -> tuple[str, type] | None:
@@ -148,9 +172,11 @@ def _value(hint: Any, node: ast.expr, text: str) -> Any:
             if not all(isinstance(item, int | float) for item in pair):
                 return text
             try:
-                return _OPERATORS[type(op)](*pair)
+                result = _OPERATORS[type(op)](*pair)
             except (ZeroDivisionError, OverflowError):
-                raise InputError(f"{text} is not a finite number; give one.") from None
+                result = LARGEST_WHOLE
+            require(abs(result) < LARGEST_WHOLE, f"{shown(text)} is not a finite number; give one.")
+            return result
         case ast.List(elts=items) | ast.Tuple(elts=items):
             return [_value(hint, item, ast.unparse(item)) for item in items]
         case ast.Dict(keys=keys, values=values) if all(isinstance(key, ast.Constant) for key in keys):
@@ -170,8 +196,8 @@ def _arguments(cls: type, positional: list[ast.expr], keywords: list[ast.keyword
     """The fields that the arguments of a class in a text give, encoded."""
     fields = hints_of(cls)
     if len(positional) > len(fields):
-        raise InputError(f"{text} has too many arguments; {cls.__name__} takes {', '.join(fields)}.")
+        raise InputError(f"{shown(text)} has too many arguments; {cls.__name__} takes {', '.join(fields)}.")
     given = [*zip(fields, positional, strict=False), *((str(keyword.arg), keyword.value) for keyword in keywords)]
     if twice := [field for field, _ in given if [other for other, _ in given].count(field) > 1]:
-        raise InputError(f"{text} says {twice[0]} twice; say it once.")
+        raise InputError(f"{shown(text)} says {twice[0][:LONGEST_SHOWN]} twice; say it once.")
     return {field: _value(fields.get(field), item, ast.unparse(item)) for field, item in given}

@@ -19,11 +19,11 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from mol_compactons.errors import InputError
+from mol_compactons.errors import LONGEST_SHOWN, InputError, shown
 from mol_compactons.open_set import find, loaded, name_of
 
-LONGEST_SHOWN = 80
-"""How much of a wrong value a sentence shows."""
+LARGEST_NUMBER = 1e100
+"""The largest size of a number in a setting: its square and its cube are still numbers."""
 
 
 class Settings(ABC):  # noqa: B024 (each kind of part has abstract methods of its own)
@@ -173,11 +173,6 @@ def _coerce(hint: Any, value: Any) -> Any:
     raise TypeError
 
 
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) < LONGEST_SHOWN else text[:LONGEST_SHOWN] + "..."
-
-
 def check(instance: Any) -> None:
     """Check every field of a frozen dataclass against its type hint; called first in ``__post_init__``.
 
@@ -201,7 +196,7 @@ def check(instance: Any) -> None:
         try:
             fitted = _coerce(hint, value)
         except TypeError:
-            raise InputError(f"{name}.{field} = {_shown(value)} must be {describe(hint)}.") from None
+            raise InputError(f"{name}.{field} = {shown(value)} must be {describe(hint)}.") from None
         several = isinstance(fitted, tuple | FrozenMapping)
         members = tuple(fitted.values() if isinstance(fitted, FrozenMapping) else fitted if several else (fitted,))
         for member in members:
@@ -210,10 +205,19 @@ def check(instance: Any) -> None:
                     f"{type(member).__name__} is no frozen dataclass and cannot be stored; write @dataclass(frozen=True) "
                     "above it."
                 )
-        if any(isinstance(number, float) and not math.isfinite(number) for number in members):
-            shown = "a list with NaN or infinity in it" if several else value
-            raise InputError(f"{name}.{field} = {shown} must be finite; replace the NaN or infinity by a number.")
+        _check_numbers(f"{name}.{field}", members, several)
         object.__setattr__(instance, field, fitted)
+
+
+def _check_numbers(field: str, members: tuple[Any, ...], several: bool) -> None:
+    numbers_in_it = [member for member in members if isinstance(member, float)]
+    if not all(math.isfinite(number) for number in numbers_in_it):
+        told = "a list with NaN or infinity in it" if several else members[0]
+        raise InputError(f"{field} = {told} must be finite; replace the NaN or infinity by a number.")
+    largest = max(map(abs, numbers_in_it), default=0.0)
+    if largest > LARGEST_NUMBER:
+        told = f"a list with the size {largest:g} in it" if several else f"{members[0]:g}"
+        raise InputError(f"{field} = {told} must lie between -{LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}; choose other units.")
 
 
 def encode(value: Any) -> Any:
@@ -247,7 +251,7 @@ def decode(hint: Any, data: Any) -> Any:
         hints = hints_of(cls)
         for field in fields:
             if field not in hints:
-                raise InputError(f"{name} has no field {field!r}; {did_you_mean(field, list(hints))}")
+                raise InputError(f"{name} has no field {shown(field)}; {did_you_mean(field, list(hints))}")
         return _construct(cls, {field: decode(hints[field], item) for field, item in fields.items()})
     if isinstance(data, list):
         for alternative in alternatives(hint):
@@ -269,5 +273,5 @@ def _construct(cls: type, fields: dict[str, Any]) -> Any:
 
 def did_you_mean(word: str, choices: Sequence[str]) -> str:
     """The end of a sentence that suggests the nearest of some choices, or lists them."""
-    close = difflib.get_close_matches(word, choices, n=1, cutoff=0.4)
+    close = difflib.get_close_matches(word[:LONGEST_SHOWN], choices, n=1, cutoff=0.4)
     return f"did you mean {close[0]!r}?" if close else f"it may be {', '.join(choices)}."

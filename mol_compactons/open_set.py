@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from mol_compactons.errors import InputError
+from mol_compactons.errors import LONGEST_SHOWN, InputError
 
 Part = TypeVar("Part")
 
@@ -84,6 +84,7 @@ def find(bases: tuple[Any, ...], name: str, allowed: str) -> type:
                 return cls
         if attempt or not _load_announced(name):
             break
+    name = name if len(name) < LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}..."
     module, colon, _ = name.partition(":")
     if not colon:
         raise InputError(f"{name} is not allowed here; it must be {allowed}.")

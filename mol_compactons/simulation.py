@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.configuration import Settings, decode, encode
 from mol_compactons.equations.base import Equation, check_terms
-from mol_compactons.errors import InputError, require
+from mol_compactons.errors import InputError, require, within_numbers
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators.base import Integrator
 from mol_compactons.integrators.sundials import IDA
@@ -23,6 +23,7 @@ from mol_compactons.schemes.base import Scheme, best_scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import difference, stencils_of
 from mol_compactons.waves.base import LocalizedWave, Wave, superpose
+from mol_compactons.waves.shapes import Uniform
 
 VISCOSITY_NAMES = ("viscosity", "grid viscosity")
 
@@ -97,6 +98,10 @@ class Simulation(Settings):
     output_times: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
+        with within_numbers("This simulation"):
+            self._complete_and_check()
+
+    def _complete_and_check(self) -> None:
         if isinstance(self.equation, Equation) and isinstance(self.grid, Grid):
             self._check_variables()
             if self.equation.has_local_flux and self.grid.size >= SMALLEST_FOR_SPEED:
@@ -114,8 +119,23 @@ class Simulation(Settings):
             2 <= self.frames <= MOST_FRAMES,
             f"frames = {self.frames:.16g} must lie between 2, the first and the last time, and {MOST_FRAMES}.",
         )
-        self.integrator.check_system(self.discretize())
-        self.initial_state()
+        system, state = self.discretize(), self.initial_state()
+        self.integrator.check_system(system)
+        self._check_state(system, state)
+
+    def _check_state(self, system: SemiDiscretization, state: NDArray[np.float64]) -> None:
+        """Refuse data of which nothing can be computed, or nothing is left on the points."""
+        require(
+            bool(state.any()) or all(isinstance(wave, Uniform) for wave in self.initial),
+            f"The initial state is zero at all {self.grid.size} points, although initial has waves; choose a larger "
+            "grid.size, or waves that do not vanish there.",
+        )
+        for name, value in system.invariants(state).items():
+            require(
+                np.ndim(value) > 0 or bool(np.isfinite(value)),
+                f"The {name} of the initial state, of size {float(np.abs(state).max()):g}, is not finite; choose "
+                "smaller waves.",
+            )
 
     def _check_output_times(self) -> None:
         """Those of one's own count as frames."""
@@ -231,9 +251,16 @@ class Simulation(Settings):
         """
         try:
             data = json.loads(text)
-        except json.JSONDecodeError as error:
-            raise InputError(f"The text is not JSON ({error}); give what Simulation.to_json() returned.") from None
-        simulation = decode(cls, data)
+            simulation = decode(cls, data)
+        except InputError:
+            raise
+        except RecursionError:
+            raise InputError(
+                "The JSON is nested too deep for a Simulation; give what Simulation.to_json() returned."
+            ) from None
+        except ValueError as error:
+            told = error if isinstance(error, json.JSONDecodeError) else "a number in it has too many digits"
+            raise InputError(f"The text is not JSON ({told}); give what Simulation.to_json() returned.") from None
         require(isinstance(simulation, cls), "The JSON does not describe a Simulation.")
         return cast(Simulation, simulation)
 

@@ -44,7 +44,7 @@ from tests.trees import Leaf, Other, Tree
 
 leaves = st.builds(
     Leaf,
-    number=st.floats(allow_nan=False, allow_infinity=False),
+    number=st.floats(-1e100, 1e100),
     count=st.integers(-(10**9), 10**9),
     mode=st.sampled_from(["fast", "slow"]),
 ) | st.builds(Other, flag=st.booleans(), text=st.text(max_size=5))
@@ -52,7 +52,7 @@ trees = st.builds(
     Tree,
     leaves=st.lists(leaves, max_size=3),
     best=st.none() | leaves,
-    numbers=st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=3),
+    numbers=st.lists(st.floats(-1e100, 1e100), max_size=3),
 )
 
 

@@ -34,7 +34,7 @@ from tests.systems import one_compacton, relative_error
 simulations = st.builds(
     Simulation,
     equation=st.builds(GranularCompacton, n=st.floats(1.5, 5)),
-    grid=st.builds(Grid, length=st.floats(40, 80), size=st.integers(9, 40), left=st.floats(-5, 5)),
+    grid=st.builds(Grid, length=st.floats(40, 80), size=st.integers(9, 40).map(lambda size: 10 * size), left=st.floats(-5, 5)),
     scheme=st.builds(
         CompactScheme,
         second_difference=st.sampled_from(["wide", "nearest", "five_point"]),

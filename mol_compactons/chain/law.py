@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.chain import kernels
 from mol_compactons.configuration import Settings
+from mol_compactons.equations.base import check_exponent
 from mol_compactons.equations.nesterenko import Nesterenko
 from mol_compactons.errors import InputError, require
 
@@ -135,6 +136,7 @@ class PowerContact(ContactLaw):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.n > 1, f"PowerContact.n = {self.n:g} must be larger than 1; the Hertz contact has n = 1.5.")
+        check_exponent("PowerContact.n", self.n)
         require(self.strength > 0, f"PowerContact.strength = {self.strength:g} must be positive.")
         require(self.linear >= 0, f"PowerContact.linear = {self.linear:g} must not be negative; 0 is none.")
         whole = self.n == int(self.n)

@@ -139,6 +139,10 @@ class SolitaryProfile:
         return float(brentq(lambda z: float(self(np.array([z]))[0]) - fraction * height, 0.0, self.half_length))
 
 
+LARGEST_RATIO = 1e12
+"""The largest ratio of the speed to that of sound for which the decay of the tails is computed."""
+
+
 @lru_cache(maxsize=64)
 def profile_of_speed(n: float, strength: float, linear: float, static: float, speed: float) -> SolitaryProfile:
     """The wave for F(R) = A [(R + static)^n - static^n] + B R."""
@@ -201,7 +205,8 @@ def _half_length(n: float, speed: float, sound: float) -> float:
         return core
     from scipy.optimize import brentq
 
-    ratio = speed / sound
+    # Tails as short as those of the largest ratio are shorter than the core.
+    ratio = min(speed / sound, LARGEST_RATIO)
     decay = brentq(lambda kappa: math.sinh(kappa / 2) / (kappa / 2) - ratio, 1e-9, 80.0)
     return max(core, 40 / float(decay))
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from mol_compactons.assignment import assign
 from mol_compactons.cli.scenarios import import_module, load
 from mol_compactons.cli.speaking import remark
-from mol_compactons.errors import InputError
+from mol_compactons.errors import LONGEST_SHOWN, InputError, shown
 from mol_compactons.integrators.base import Report, no_report
 from mol_compactons.results.places import written_whole
 from mol_compactons.simulation import Simulation
@@ -57,9 +57,9 @@ def assignments(changes: list[str]) -> dict[str, str]:
     for change in changes:
         field, equals, value = change.partition("=")
         if not equals:
-            raise InputError(f"{change!r} lacks a value; write FIELD=VALUE.")
+            raise InputError(f"{shown(change)} lacks a value; write FIELD=VALUE.")
         if field.strip() in result:
-            raise InputError(f"{field.strip()} is given twice; give it once.")
+            raise InputError(f"{field.strip()[:LONGEST_SHOWN]} is given twice; give it once.")
         result[field.strip()] = value
     return result
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from mol_compactons.cli.scenarios import import_module, listing
 from mol_compactons.cli.speaking import tell
 from mol_compactons.cli.studies import print_study
 from mol_compactons.errors import InputError
+from mol_compactons.results.form import check_form, reading, settings_of, understanding
 from mol_compactons.results.opening import open_result, open_study, status_of
 from mol_compactons.results.places import check_target
 
@@ -82,16 +82,20 @@ def add_scenarios(commands: Commands) -> None:
 
 
 def _info(options: argparse.Namespace) -> None:
-    with open_result(Path(options.result)) as dataset:
+    with reading(options.result), open_result(Path(options.result)) as dataset:
         if "family" in dataset.attrs:
-            print_study(Path(options.result))
+            with understanding(options.result, "study"):
+                print_study(Path(options.result))
             return
         if "period" in dataset.attrs:
-            tell(*report_orbit(dataset))
+            with understanding(options.result, "orbit"):
+                lines = report_orbit(dataset)
+            tell(*lines)
             return
+        check_form(dataset, options.result)
         dataset.attrs["status"] = status_of(dataset, options.result)
         lines = [str(dataset.attrs["title"]), contents(dataset), kept(dataset), cost(dataset)]
-        simulation = json.loads(str(dataset.attrs["simulation"]))
+        simulation = settings_of(str(dataset.attrs["simulation"]))
         for field in ("equation", "grid", "scheme", "integrator"):
             lines.append(f"{field}: {shown(simulation[field])}")
         for wave in simulation["initial"]:
@@ -104,7 +108,8 @@ def _doctor(options: argparse.Namespace) -> int:
 
     for module in options.imports:
         import_module(module)
-    with open_result(Path(options.result)) as dataset:
+    with reading(options.result), open_result(Path(options.result)) as dataset:
+        check_form(dataset, options.result)
         findings = check_up(dataset)
     for finding in findings:
         tell(f"{finding.verdict:12} {finding.check}: {finding.sentence}")
@@ -117,7 +122,8 @@ def _track(options: argparse.Namespace) -> None:
 
     for module in options.imports:
         import_module(module)
-    with open_result(Path(options.result)) as dataset:
+    with reading(options.result), open_result(Path(options.result)) as dataset:
+        check_form(dataset, options.result)
         tracks = track(dataset, least_height=options.least_height)
     tell(f"wave {'since':>9}" + "".join(f"{name:>13}" for name in TRACK_COLUMNS) + f"{'compacton':>11}")
     for wave in range(tracks.sizes["wave"]):
@@ -154,16 +160,20 @@ def _plot(options: argparse.Namespace) -> None:
     from mol_compactons.figures import convergence_overview, orbit_overview, overview
 
     path = Path(options.output or Path(options.result).with_suffix(".png"))
-    with open_result(Path(options.result)) as dataset:
+    with reading(options.result), open_result(Path(options.result)) as dataset:
         if "family" in dataset.attrs:
             check_target(path, options.overwrite)
-            with open_study(Path(options.result)) as tree:
-                save(convergence_overview(tree), path)
+            with understanding(options.result, "study"), open_study(Path(options.result)) as tree:
+                figure = convergence_overview(tree)
+            save(figure, path)
             return
         if "period" in dataset.attrs:
             check_target(path, options.overwrite)
-            save(orbit_overview(dataset), path)
+            with understanding(options.result, "orbit"):
+                figure = orbit_overview(dataset)
+            save(figure, path)
             return
+        check_form(dataset, options.result)
         if dataset.sizes["t"] < 2:
             raise InputError(f"{options.result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
         check_target(path, options.overwrite)

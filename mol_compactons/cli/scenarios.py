@@ -14,6 +14,7 @@ from types import ModuleType
 
 from mol_compactons.configuration import did_you_mean
 from mol_compactons.errors import InputError, require
+from mol_compactons.results.form import reading
 from mol_compactons.results.opening import open_result
 from mol_compactons.simulation import Simulation
 
@@ -68,7 +69,7 @@ def load(target: str) -> Simulation:
 
 def from_result(path: Path) -> Simulation:
     """The simulation that a result file carries."""
-    with open_result(path) as dataset:
+    with reading(path), open_result(path) as dataset:
         return Simulation.from_json(str(dataset.attrs["simulation"]))
 
 

@@ -46,12 +46,14 @@ def remark(*lines: str) -> None:
 
 def complain(sentence: str) -> None:
     """Print one sentence about what went wrong on standard error, if somebody listens there."""
-    if len(sentence) > LONGEST_SENTENCE:
-        half = LONGEST_SENTENCE // 2 - 3
-        sentence = f"{sentence[:half]} ... {sentence[-half:]}"
     if sys.stderr is not None:
+        # Escapes are longer than what they stand for, so that they come before the cut.
+        sentence = printable(" ".join(sentence.splitlines()), getattr(sys.stderr, "encoding", None) or "utf-8")
+        if len(sentence) > LONGEST_SENTENCE:
+            half = LONGEST_SENTENCE // 2 - 3
+            sentence = f"{sentence[:half]} ... {sentence[-half:]}"
         with contextlib.suppress(OSError, ValueError):
-            _write(sys.stderr, [f"mol-compactons: {' '.join(sentence.splitlines())}"])
+            _write(sys.stderr, [f"mol-compactons: {sentence}"])
 
 
 def _write(stream: TextIO, lines: tuple[str, ...] | list[str]) -> None:

@@ -352,9 +352,24 @@ class CosinePower:
         return slope
 
 
+LARGEST_EXPONENT = 1000.0
+"""The largest exponent n of a law; waves are rectangles long before."""
+
+
+def check_exponent(name: str, n: float) -> None:
+    """Refuse an exponent for which powers leave the range of numbers.
+
+    Raises
+    ------
+    InputError
+        If it is above `LARGEST_EXPONENT`.
+    """
+    require(n <= LARGEST_EXPONENT, f"{name} = {n:g} must not be above {LARGEST_EXPONENT:g}; choose a smaller one.")
+
+
 def compacton_height(power: float, n: float) -> float:
     """The height M of a compacton with M^(n-1) = power."""
-    exponent = math.log(power) / (n - 1)
+    exponent = math.log(power) / (n - 1) if 0 < power < math.inf else math.inf
     require(
         abs(exponent) < 200,
         f"The compacton of this speed has the height exp({exponent:.4g}) for an exponent {n:g}, out of the range of numbers; "

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, compacton_height
+from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, check_exponent, compacton_height
 from mol_compactons.equations.flux import Flux, contact_flux
 from mol_compactons.errors import require
 
@@ -57,6 +57,7 @@ class GranularCompacton(Equation):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.n > 1, f"GranularCompacton.n = {self.n:g} must be larger than 1; the Hertz contact has n = 1.5.")
+        check_exponent("GranularCompacton.n", self.n)
 
     @cached_property
     def dispersive_flux(self) -> Flux:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, compacton_height
+from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, check_exponent, compacton_height
 from mol_compactons.equations.flux import Flux, PowerLaw, contact_flux
 from mol_compactons.errors import require
 
@@ -81,6 +81,7 @@ class Nesterenko(Equation):
     def __post_init__(self) -> None:
         super().__post_init__()
         require(self.n > 1, f"Nesterenko.n = {self.n:g} must be larger than 1; the Hertz contact has n = 1.5.")
+        check_exponent("Nesterenko.n", self.n)
         require(self.strength > 0, f"Nesterenko.strength = {self.strength:g} must be positive; 1 is usual.")
         require(self.grain_distance > 0, f"Nesterenko.grain_distance = {self.grain_distance:g} must be positive; 1 is usual.")
         require(self.prestress >= 0, f"Nesterenko.prestress = {self.prestress:g} must not be negative; 0 is none.")

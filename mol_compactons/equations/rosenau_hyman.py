@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, compacton_height
+from mol_compactons.equations.base import Array, CosinePower, Equation, SecondDifference, check_exponent, compacton_height
 from mol_compactons.equations.flux import Flux, PowerLaw, whole_power
 from mol_compactons.errors import require
 
@@ -65,6 +65,7 @@ class RosenauHyman(Equation):
         super().__post_init__()
         for name, exponent in (("m", self.m), ("n", self.n)):
             require(exponent >= 1, f"RosenauHyman.{name} = {exponent:g} must be at least 1; K(2, 2) is the classic.")
+            check_exponent(f"RosenauHyman.{name}", exponent)
             require(
                 self.absolute or exponent == int(exponent),
                 f"RosenauHyman.{name} = {exponent:g} must be a whole number in the classical form; set absolute=True for "

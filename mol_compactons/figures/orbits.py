@@ -35,5 +35,5 @@ def orbit_overview(dataset: xr.Dataset) -> Figure:
     right.plot(dataset[space], scaled, color="#c05020", linewidth=0.7, label="mode of the largest")
     right.set(xlabel=space, title=f"the wave and the mode of |mu| = {float(dataset['modulus'][0]):.6g}")
     right.legend(frameon=False)
-    figure.suptitle(str(dataset.attrs["title"]), fontsize="medium")
+    figure.suptitle(str(dataset.attrs["title"]), fontsize="medium", parse_math=False)
     return figure

@@ -80,5 +80,5 @@ def overview(dataset: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(2, 1))
     waterfall(dataset, left)
     drifts(dataset, right)
-    figure.suptitle(str(dataset.attrs.get("title", "")), fontsize="medium", wrap=True)
+    figure.suptitle(str(dataset.attrs.get("title", "")), fontsize="medium", wrap=True, parse_math=False)
     return figure

@@ -32,5 +32,5 @@ def stability_overview(dataset: xr.Dataset) -> Figure:
     right.axhline(0, color="grey", linewidth=0.5)
     right.set(xscale="log", xlabel="points in the support", ylabel="eigenvalue", title="second variation")
     right.legend(frameon=False)
-    figure.suptitle(str(dataset.attrs["title"]))
+    figure.suptitle(str(dataset.attrs["title"]), parse_math=False)
     return figure

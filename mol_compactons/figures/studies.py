@@ -35,7 +35,7 @@ def convergence_overview(tree: xr.DataTree) -> Figure:
         axes.axis("off")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
-    figure.suptitle(str(tree.attrs["title"]), fontsize="medium", wrap=True)
+    figure.suptitle(str(tree.attrs["title"]), fontsize="medium", wrap=True, parse_math=False)
     return figure
 
 

@@ -27,9 +27,9 @@ def open_result(path: str | Path) -> xr.Dataset:
     try:
         require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
         dataset = xarray.open_dataset(path, engine="netcdf4")
-    except (OSError, ValueError, RuntimeError, AttributeError) as error:
-        if isinstance(error, InputError):
-            raise
+    except InputError:
+        raise
+    except Exception as error:  # what the libraries raise for a damaged file has no end
         raise InputError(f"{path} is not a NetCDF file that can be read ({error}).") from None
     missing = [name for name in ("simulation", "status", "title") if name not in dataset.attrs]
     if missing:

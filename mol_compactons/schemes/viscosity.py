@@ -16,6 +16,12 @@ Own = TypeVar("Own", bound="ViscousScheme")
 
 Array = NDArray[np.float64]
 
+LARGEST_VISCOSITY = 1e6
+"""The largest coefficient eps; that of the paper is 1e-3, and waves of unit size are gone at once for 1 already."""
+
+FASTEST_DAMPING = 1e30
+"""The largest rate at which ripples may die."""
+
 ODD_VISCOSITY, OTHER_VISCOSITY = 0.03, 0.01
 """The default damping in grid units for a flux that is odd in u, and that times h^2 for others."""
 
@@ -40,6 +46,10 @@ class ViscousScheme(Scheme):
         for name in ("viscosity", "grid_viscosity"):
             value = getattr(self, name)
             require(value >= 0, f"scheme.{name} = {value:g} must not be negative; 0 is none.")
+        require(
+            self.viscosity <= LARGEST_VISCOSITY,
+            f"scheme.viscosity = {self.viscosity:g} must not be above {LARGEST_VISCOSITY:g}; 1e-3 is much already.",
+        )
 
     def with_viscosity(self: Own, viscosity: float, grid_viscosity: float) -> Own:
         """The same scheme with other coefficients."""
@@ -99,6 +109,11 @@ class Damping:
         self.reach = scheme.viscosity_order // 2 if amount else 0
         self.fastest = amount * (2 / spacing) ** scheme.viscosity_order
         """The rate at which the shortest ripple dies."""
+        require(
+            self.fastest <= FASTEST_DAMPING,
+            f"The viscosity {scheme.viscosity:g} with the grid viscosity {scheme.grid_viscosity:g} damps ripples of "
+            f"the spacing {spacing:g} at the rate {self.fastest:.3g}, above {FASTEST_DAMPING:g}; choose smaller ones.",
+        )
         self.coefficients: Array = np.full(1, -amount * (-1.0) ** self.reach)
         """The stencil, shape (2 reach + 1,)."""
         for _ in range(self.reach):

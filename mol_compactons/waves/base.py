@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +13,15 @@ from numpy.typing import NDArray
 from mol_compactons.configuration import Settings
 from mol_compactons.equations.base import Equation
 from mol_compactons.errors import InputError, require
-from mol_compactons.grid import Grid, Lattice, ring_distance
+from mol_compactons.grid import LARGEST_SIZE, Grid, Lattice, ring_distance
 
 Array = NDArray[np.float64]
+
+FARTHEST = 1e9
+"""The largest distance of a centre from the origin; farther out numbers are too coarse for the points of a grid."""
+
+FEWEST_POINTS = 4
+"""Points in the support of a wave below which a grid shows no wave; `check_up` asks for more."""
 
 
 class Wave(Settings):
@@ -68,12 +76,14 @@ def superpose(waves: Sequence[Wave], equation: Equation, grid: Grid | Lattice) -
     localized = [wave for wave in waves if isinstance(wave, LocalizedWave)]
     widths = [wave.outline(equation)[1] for wave in localized]
     for wave, width in zip(localized, widths, strict=True):
+        check_center(wave, grid)
         equation.check_center(wave.center, grid)
         require(
             width < grid.length,
             f"The {type(wave).__name__} at center = {wave.center:g} is {width:.4g} wide and does not fit in the box of "
             f"length {grid.length:g}; choose one longer than {width:.4g}.",
         )
+        _check_resolution(wave, width, grid)
     for index, (wave, width) in enumerate(zip(localized, widths, strict=True)):
         for other, other_width in zip(localized[:index], widths[:index], strict=True):
             distance = abs(float(ring_distance(np.array(wave.center), other.center, grid.length)))
@@ -86,6 +96,33 @@ def superpose(waves: Sequence[Wave], equation: Equation, grid: Grid | Lattice) -
     state = np.asarray(sum(_checked(wave, equation, grid) for wave in waves))
     equation.check_state(state)
     return state
+
+
+def check_center(wave: Any, grid: Grid | Lattice) -> None:
+    """Refuse a wave whose `center` is so far from the origin that its place on the ring is not known.
+
+    Raises
+    ------
+    InputError
+        If the centre is beyond `FARTHEST`.
+    """
+    require(
+        abs(wave.center) <= FARTHEST,
+        f"{type(wave).__name__}.center = {wave.center:g} must lie between -{FARTHEST:g} and {FARTHEST:g}; choose a place "
+        f"in the box of length {grid.length:g}.",
+    )
+
+
+def _check_resolution(wave: Any, width: float, grid: Grid | Lattice) -> None:
+    points = width / grid.spacing
+    if not isinstance(grid, Grid) or points >= FEWEST_POINTS:
+        return
+    needed = FEWEST_POINTS * grid.length / width if width else math.inf
+    advice = f"choose a grid.size of at least {math.ceil(needed)}" if needed <= LARGEST_SIZE else "choose a shorter box"
+    raise InputError(
+        f"The {type(wave).__name__} at center = {wave.center:g} is {width:.4g} wide and has {points:.2g} grid points in it, "
+        f"but at least {FEWEST_POINTS} are needed; {advice}."
+    )
 
 
 def _checked(wave: Wave, equation: Equation, grid: Grid | Lattice) -> Array:

@@ -12,7 +12,7 @@ from mol_compactons.equations.base import Equation
 from mol_compactons.equations.granular import GranularCompacton
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.waves.base import Wave
+from mol_compactons.waves.base import Wave, check_center
 
 GAUSS_NODES = 24
 """Nodes in each direction of the quadrature for a divided difference: round-off for waves well below the compacton."""
@@ -86,6 +86,7 @@ class PeriodicWave(Wave):
 
     def values(self, equation: Equation, grid: Grid | Lattice, t: float = 0.0) -> NDArray[np.float64]:
         """The wave at time t, shape (1, size)."""
+        check_center(self, grid)
         orbit = self._orbit(equation)
         count = grid.length / orbit.period
         require(
