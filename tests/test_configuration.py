@@ -34,6 +34,7 @@ from mol_compactons import (
     Simulation,
     SolitaryWave,
     Uniform,
+    WallClock,
     Wave,
 )
 from mol_compactons.analysis.orbits import Period
@@ -166,6 +167,7 @@ def test_hints_are_those_of_the_fields_alone() -> None:
 
 
 EXAMPLES: list[Settings] = [
+    WallClock(60),
     Period(1.0),
     Grid(30, 100),
     Lattice(40),
