@@ -159,3 +159,11 @@ def test_output_times_of_ones_own_grow_from_the_beginning_to_the_end(times: list
         replace(load("single_compacton"), output_times=times)
     own = replace(load("single_compacton"), output_times=[0, 1.5, 14])
     assert (own.frames, own.times.tolist()) == (3, [0, 1.5, 14])
+
+
+@pytest.mark.parametrize(("n", "speed"), [(2, 0.25), (3, 2.0)])
+def test_the_speed_of_a_compacton_is_told_from_its_shape(n: float, speed: float) -> None:
+    grid = Grid(20, 400)
+    assert speed_of(GranularCompacton(n), grid, Compacton(speed, 10).values(GranularCompacton(n), grid)) == pytest.approx(
+        speed, rel=0.1
+    )

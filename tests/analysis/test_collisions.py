@@ -28,6 +28,7 @@ from mol_compactons.analysis.settling import FEWEST_FRAMES
 from mol_compactons.analysis.tracking import track
 from tests.analysis.painted import GRID, painted
 from tests.analysis.relaxing import Relaxing
+from tests.systems import one_compacton
 
 
 @pytest.mark.parametrize("signs", [(1, 1), (-1, -1), (1, -1), (-1, 1)])
@@ -325,3 +326,10 @@ def test_a_wave_that_sheds_another_has_not_collided() -> None:
     collision = first_collision(tracks)
     assert 0.9 < float(collision.speed_before[0]) < 1.1
     assert np.isnan(collision.phase_shift).all()
+
+
+def test_a_wave_that_meets_nothing_has_the_misfit_of_its_flight() -> None:
+    tracks = track(run(one_compacton(size=300, t_end=3, frames=31, viscosity=1e-4)))
+    outcome = first_collision(tracks)
+    assert 0 < float(outcome["misfit"][0]) < 0.1
+    assert float(outcome["misfit"][0]) == pytest.approx(float(tracks["residual"][:, 0].mean()), rel=0.5)
