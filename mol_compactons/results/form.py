@@ -78,7 +78,7 @@ def check_form(dataset: xr.Dataset, path: str | Path) -> None:
             _insist(path, _is_number(variable.attrs.get("magnitude", 0.0)), f"the magnitude of {name} is no number")
     _insist(path, _is_number(dataset[space].attrs.get("period", 1.0)), f"the period of {space} is no number")
     _check_cost(dataset, path)
-    settings = settings_of(str(dataset.attrs["simulation"]))
+    settings = settings_of(str(dataset.attrs.get("simulation", "")))
     size, points = settings["grid"]["size"], dataset.sizes[space]
     _insist(path, 0 < size <= COARSEST * points, f"its simulation has {shown(size)} points, and its fields have {points}")
     _check_waves(dataset, path)
