@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 FARTHEST = 1e9
 """The largest distance of a centre from the origin; farther out numbers are too coarse for the points of a grid."""
 
-FEWEST_POINTS = 4
+FEWEST_POINTS = 2
 """Points in the support of a wave below which a grid shows no wave; `check_up` asks for more."""
 
 

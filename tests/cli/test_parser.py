@@ -62,7 +62,7 @@ from mol_compactons.cli import main
             ["run", "two_bright", "--set", "initial.0.center=1e99"],
             "Compacton.center = 1e+99 must lie between",
         ),
-        (["run", "two_bright", "--set", "grid.size=9"], "grid points in it, but at least 4 are needed; choose a grid.size of"),
+        (["run", "two_bright", "--set", "grid.size=9"], "grid points in it, but at least 2 are needed; choose a grid.size of"),
         (["run", "two_bright", "--set", "grid.length=1e9"], "choose a shorter box"),
         (["run", "two_bright", "--set", "scheme.viscosity=1e90"], "must not be above 1e+06"),
         (["run", "two_bright", "--set", "scheme.grid_viscosity=1e90"], "choose smaller ones"),
