@@ -18,7 +18,7 @@ from mol_compactons.results.places import check_target, new_part, parts, sync_fo
 from mol_compactons.results.recorder import Watch
 from mol_compactons.results.running_file import RunningFile, is_claimed
 from mol_compactons.results.schema import COMPLETE, Layout, describe
-from mol_compactons.runtime.locks import library_lock
+from mol_compactons.runtime.locks import library_lock, open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -206,9 +206,7 @@ class NetCDFRecorder:
 
     def _keep_in_memory(self, attributes: dict[str, Any]) -> None:
         """A run that got nowhere leaves the earlier file as it is."""
-        import xarray as xr
-
-        with xr.open_dataset(self._part, engine="netcdf4") as dataset:
+        with open_netcdf(self._part) as dataset:
             self._ended = dataset.load().assign_attrs(attributes)
         self._part.unlink(missing_ok=True)
 
@@ -225,12 +223,10 @@ class NetCDFRecorder:
 
     def dataset(self) -> xr.Dataset:
         """The file, opened lazily."""
-        import xarray as xr
-
         if self._ended is not None:
             return self._ended
         try:
-            return xr.open_dataset(self._place, engine="netcdf4")
+            return open_netcdf(self._place)
         except (OSError, ValueError):
             raise InputError(f"Another program replaced or removed {self._path} while the run went on.") from None
 

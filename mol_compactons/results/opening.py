@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from mol_compactons.errors import InputError, require
 from mol_compactons.results.places import why, written_whole
 from mol_compactons.results.running_file import is_claimed
+from mol_compactons.runtime.locks import open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,12 +22,10 @@ def open_result(path: str | Path) -> xr.Dataset:
     InputError
         If the file does not exist, cannot be read, or is no result of this program.
     """
-    import xarray
-
     path = Path(path)
     try:
         require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
-        dataset = xarray.open_dataset(path, engine="netcdf4")
+        dataset = open_netcdf(path)
     except InputError:
         raise
     except Exception as error:  # what the libraries raise for a damaged file has no end

@@ -19,6 +19,7 @@ from mol_compactons.results.opening import open_result
 from mol_compactons.results.reading import field_names
 from mol_compactons.results.running_file import is_claimed
 from mol_compactons.results.schema import COMPLETE
+from mol_compactons.runtime.locks import open_netcdf
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -136,10 +137,8 @@ def _whole_frames(dataset: xr.Dataset, simulation: Simulation) -> int:
 
 def _stored_memory(path: Path) -> Checkpoint | None:
     """What a result that is complete keeps of its integrator."""
-    import xarray as xr
-
     try:
-        group = xr.open_dataset(path, group=RESTART, engine="netcdf4", decode_cf=False)
+        group = open_netcdf(path, group=RESTART, decode_cf=False)
     except OSError:  # it has no such group
         return None
     with group:
