@@ -100,7 +100,7 @@ def _info(options: argparse.Namespace) -> None:
             lines.append(f"{field}: {shown(simulation[field])}")
         for wave in simulation["initial"]:
             lines.append(f"initial: {shown(wave)[:LONGEST_LINE]}")
-        tell(*lines, f"source: {dataset.attrs['source']}", str(dataset.attrs["history"]))
+        tell(*lines, f"source: {dataset.attrs.get('source', 'not stated')}", str(dataset.attrs.get("history", "no history")))
 
 
 def _doctor(options: argparse.Namespace) -> int:

@@ -59,7 +59,7 @@ def check_form(dataset: xr.Dataset, path: str | Path) -> None:
         One sentence about the first thing that is not as it should be.
     """
     for name in WORDS:
-        _insist(path, isinstance(dataset.attrs.get(name), str), f"its attribute {name} is no text")
+        _insist(path, isinstance(dataset.attrs.get(name, ""), str), f"its attribute {name} is no text")
     _insist(path, _is_number(dataset.attrs.get("format", 1)), "its attribute format is no number")
     space = space_of(dataset)
     for name in ("t", space):

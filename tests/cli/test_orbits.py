@@ -47,7 +47,7 @@ def test_what_is_stored_is_read_drawn_and_run_again(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out.splitlines()[1:-1] == printed
     assert Path("again.png").read_bytes().startswith(b"\x89PNG")
     assert main(["doctor", "orbit.nc"]) == 2
-    assert "This is no result of a run" in capsys.readouterr().err
+    assert "no result of a run" in capsys.readouterr().err
 
 
 def test_a_file_is_replaced_only_when_asked(capsys: pytest.CaptureFixture[str]) -> None:

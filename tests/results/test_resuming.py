@@ -52,7 +52,7 @@ EXACT = [
     replace(WAVE, integrator=Midpoint(step=0.1, points=2)),
     SMOOTH,
     replace(WAVE, integrator=GaussLegendre(step=0.07)),
-    replace(SMOOTH, integrator=GaussLegendre(step=0.1, order=6)),
+    replace(WAVE, integrator=GaussLegendre(step=0.2, order=6)),
     CHAIN,
     replace(CHAIN, integrator=Rosenbrock()),
     replace(CHAIN, integrator=Symplectic(0.05, order=2)),
