@@ -64,8 +64,9 @@ def open_netcdf(path: Path, group: str | None = None, decode_cf: bool = True) ->
     from xarray.backends import NetCDF4DataStore
 
     lock = library_lock()
+    open_store: Any = NetCDF4DataStore.open
     with lock:
-        store = NetCDF4DataStore.open(str(path), mode="r", group=group, lock=lock)
+        store = open_store(str(path), mode="r", group=group, lock=lock)
         try:
             return xr.open_dataset(store, decode_cf=decode_cf)
         except BaseException:
