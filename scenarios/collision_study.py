@@ -6,8 +6,8 @@ viscosity nu h^5 vanishes with the grid, and the viscous one, h -> 0 before eps 
 compact scheme. Two bright waves keep their sign, so that the compact scheme needs no larger viscosity than the other.
 
 After the collision the slow wave goes on changing its speed, for n = 2 until t = 90 and later. The boxes are so long that no
-wave meets what was left behind before the end. For n = 3 a longer time would add more of the viscosity than it settles. All four
-studies take about an hour, most of it the viscous limit of n = 2; docs/schemes.md has the numbers.
+wave meets what was left behind before the end. For n = 3 a longer time would add more of the viscosity than it settles. All
+four studies take about an hour, most of it the viscous limit of n = 2; docs/schemes.md has the numbers.
 """
 
 import sys
