@@ -39,8 +39,8 @@ class SharedLock:
             self._lock.release()
 
     def locked(self) -> bool:
-        """Whether anybody holds it."""
-        return bool(self._lock.locked())
+        """Whether a thread holds it through this object."""
+        return self._depth > 0
 
     def __enter__(self) -> None:
         self.acquire()
