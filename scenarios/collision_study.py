@@ -15,12 +15,12 @@ import sys
 import xarray as xr
 
 from mol_compactons import (
-    CVODE,
     Compacton,
     CompactScheme,
     ConservativeScheme,
     GranularCompacton,
     Grid,
+    Rosenbrock,
     Simulation,
 )
 from mol_compactons.figures import convergence_overview
@@ -52,8 +52,8 @@ def conservative(n: float, finest: int = 0, other: Scheme = COMPACT) -> Family:
 
 
 def viscous(n: float) -> Family:
-    """The family whose viscosity stays while the grid is refined, to a spacing of 0.025; waves with a kink lose more by it."""
-    finest = int(LENGTHS[int(n)] / 0.025)
+    """The family whose viscosity stays while the grid is refined; waves with a kink lose more by it, and need finer grids."""
+    finest = int(LENGTHS[int(n)] / (0.05 if n == 2 else 0.025))
     return Family(
         sizes=(finest // 4, finest // 2, finest),
         schemes=(ConservativeScheme(order=4), CompactScheme(second_difference="five_point")),
@@ -73,7 +73,7 @@ def collision(n: float, sign: int = 1) -> Simulation:
         initial=[Compacton(speed=1, center=8), Compacton(speed=1 / 4, center=20, sign=sign)],
         t_end=t_end,
         frames=4 * int(t_end) + 1,
-        integrator=CVODE(rtol=1e-5),
+        integrator=Rosenbrock(rtol=1e-5),
     )
 
 
