@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, IntegrationError, require
-from mol_compactons.integrators.base import CanBeClosed, Integration, Integrator, Memory, RemembersItself, Report, no_report
+from mol_compactons.integrators.base import CanBeClosed, Integration, Memory, RemembersItself, Report, no_report
 from mol_compactons.results import checkpoint
 from mol_compactons.results.checkpoint import Checkpoint
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
 from mol_compactons.results.schema import COMPLETE, Layout, cost_attributes, layout_of, source
 from mol_compactons.runtime.signals import stopping_on_signals
+from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation
 from mol_compactons.stop_rules import StopRule, Watcher
 
@@ -121,12 +122,12 @@ def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool, 
     system = simulation.discretize()
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
-    layout = _layout(simulation, state)
+    layout = _layout(simulation, system, state)
     watchers = [rule.begin(system, 0.0, state) for rule in stop]
     recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, path, overwrite)
     if path is not None:
         checkpoint.discard(path)
-    course = Course(simulation, path, integration, recorder, watchers)
+    course = Course(simulation, system, path, integration, recorder, watchers)
     course.record(0.0, state)
     return course
 
@@ -138,22 +139,22 @@ def _going_on(earlier: Earlier, path: Path, stop: Sequence[StopRule]) -> Course:
     simulation = earlier.simulation
     system, integrator = simulation.discretize(), simulation.integrator
     began = earlier.checkpoint or from_last_frame(earlier)
-    # From a frame alone, no integrator has what it remembers.
-    method = integrator.resume if earlier.checkpoint else lambda *others: Integrator.resume(integrator, *others)
-    integration = method(system, began.memory, simulation.t_end)
+    if earlier.checkpoint:
+        integration = integrator.resume(system, began.memory, simulation.t_end)
+    else:
+        integration = integrator.restart(system, began.t, began.memory["state"], simulation.t_end)
     integration.counters = began.counters
-    layout = _layout(simulation, simulation.initial_state())
+    layout = _layout(simulation, system, simulation.initial_state())
     watchers = [rule.begin(system, began.t, began.memory["state"]) for rule in stop]
     now = datetime.now(UTC).isoformat(timespec="seconds")
     layout.attributes["history"] = f"{earlier.history}\n{now}: went on from t = {began.t:.6g} by {source().split(' (')[0]}"
     recorder = NetCDFRecorder(layout, path, overwrite=True)
     with earlier.dataset as dataset:
         recorder.take_over(dataset, began.frames)
-    return Course(simulation, path, integration, recorder, watchers, began)
+    return Course(simulation, system, path, integration, recorder, watchers, began)
 
 
-def _layout(simulation: Simulation, state: Array) -> Layout:
-    system = simulation.discretize()
+def _layout(simulation: Simulation, system: SemiDiscretization, state: Array) -> Layout:
     names = list(_numbers(system.invariants(state))), list(_numbers(system.diagnostics(state)))
     return layout_of(simulation, *names, system.magnitudes(state))
 
@@ -167,7 +168,7 @@ class Course:
 
     Parameters
     ----------
-    simulation : Simulation
+    simulation, system : Simulation, SemiDiscretization
         What is run.
     path : Path or None
         Where to.
@@ -184,6 +185,7 @@ class Course:
     def __init__(
         self,
         simulation: Simulation,
+        system: SemiDiscretization,
         path: Path | None,
         integration: Integration,
         recorder: Recorder,
@@ -191,7 +193,7 @@ class Course:
         began: Checkpoint | None = None,
     ) -> None:
         self._simulation, self._path, self._integration, self._recorder = simulation, path, integration, recorder
-        self._system = simulation.discretize()
+        self._system = system
         self._watchers = watchers
         self._observe: Observe | None = None
         self._recorded = began.frames if began else 0
@@ -235,8 +237,9 @@ class Course:
         status, failure = "", None
         try:
             report(self._t)
+            watching = self._watching(report)
             for t in self._simulation.times[self._recorded :]:
-                state = self._integration.advance(float(t), self._watching(report))
+                state = self._integration.advance(float(t), watching)
                 self.record(float(t), state)
                 if self._recorded < self._simulation.frames:
                     self._stop_if(self._t, [watcher.at_frame(self._t, state, self._so_far) for watcher in self._watchers])
@@ -306,10 +309,10 @@ class Course:
         if isinstance(self._integration, CanBeClosed):
             self._integration.close()
         attributes = cost_attributes(status or f"interrupted at t = {self._t:.6g}", self._integration.counters, self._seconds)
-        memory = self._checkpoint().packed() if self._path is not None else None
+        # After a failure the integrator may stand in the middle of a step, which nothing can go on from.
+        memory = self._checkpoint().packed() if self._path is not None and not failure else None
         try:
-            # After a failure the integrator may stand in the middle of a step.
-            if self._path is not None and (not status or status.startswith("stopped")):
+            if memory and not done:
                 self._save(self._t)
         except IntegrationError as error:
             failure = failure or error

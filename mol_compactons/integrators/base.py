@@ -153,10 +153,17 @@ class Integrator(Settings):
     def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> Integration:
         """Go on from what an integration of the same method and system remembered.
 
-        By default the method starts anew from the state that is remembered, which changes the result by no more than its
-        tolerance. A method with `exact_restart` goes on as if it had not been interrupted.
+        A method with `exact_restart` goes on as if it had not been interrupted; its integrations have to be `RemembersItself`.
+        Any other starts anew from the state that is remembered, which changes the result by no more than its tolerance.
         """
-        t, state = float(memory["t"]), memory["state"]
+        if not self.exact_restart:
+            return self.restart(system, float(memory["t"]), memory["state"], t_end)
+        integration = self.start(system, memory["state"], t_end)
+        cast(Any, integration).recall(memory)
+        return integration
+
+    def restart(self, system: SemiDiscretization, t: float, state: NDArray[np.float64], t_end: float) -> Integration:
+        """Begin anew at a time with a state of shape (components, size)."""
         return ShiftedIntegration(self.start(system.from_time(t), state, t_end - t), t, state)
 
     def check_system(self, system: SemiDiscretization) -> None:

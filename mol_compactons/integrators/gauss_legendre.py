@@ -86,12 +86,6 @@ class GaussLegendre(Integrator):
         """Begin a run at t = 0 from a state of shape (components, size)."""
         return GaussLegendreIntegration(self, system, state)
 
-    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> GaussLegendreIntegration:
-        """Go on from what an integration remembered, as if it had not been interrupted."""
-        integration = GaussLegendreIntegration(self, system, memory["state"])
-        integration.recall(memory)
-        return integration
-
 
 @dataclass(frozen=True)
 class Tableau:
@@ -220,7 +214,7 @@ class GaussLegendreIntegration:
         self._iterations = 0
 
     def memory(self) -> Memory:
-        """What `GaussLegendre.resume` takes: the state, the guess of the stages, the place, and where matrices were made."""
+        """What `recall` takes: the state, the guess of the stages, the place, and where matrices were made."""
         made = list(self._factored.values())
         return {
             "t": np.array(self._t),

@@ -107,12 +107,6 @@ class Midpoint(Integrator):
         """Begin a run at t = 0 from a state of shape (components, size)."""
         return MidpointIntegration(self, system, state)
 
-    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> MidpointIntegration:
-        """Go on from what an integration remembered, as if it had not been interrupted."""
-        integration = MidpointIntegration(self, system, memory["state"])
-        integration.recall(memory)
-        return integration
-
 
 class MidpointIntegration:
     """A run of the midpoint rule in progress."""
@@ -132,7 +126,7 @@ class MidpointIntegration:
         self._nodes, self._weights = (1 + nodes) / 2, weights / 2
 
     def memory(self) -> Memory:
-        """What `Midpoint.resume` takes: the state and its slope, where in the interval it is, and where matrices were made."""
+        """What `recall` takes: the state and its slope, where in the interval it is, and where matrices were made."""
         lengths, made = list(self._factored), list(self._factored.values())
         return {
             "t": np.array(self._t),

@@ -213,12 +213,6 @@ class Rosenbrock(Integrator):
         self.check_system(system)
         return RosenbrockIntegration(self, system, state)
 
-    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> RosenbrockIntegration:
-        """Go on from what an integration remembered, as if it had not been interrupted."""
-        integration = RosenbrockIntegration(self, system, memory["state"])
-        integration.recall(memory)
-        return integration
-
 
 class RosenbrockIntegration:
     """A run of the Rosenbrock method in progress, which steps on its own and interpolates the frames."""
@@ -234,8 +228,9 @@ class RosenbrockIntegration:
         self._before = state.copy()
         rate = system.rate(0.0, state)
         changes_in = time_scale(state, rate)
-        self._shortest = SMALLEST_STEP * (changes_in if np.isfinite(changes_in) else 1.0)
-        self._step = min(FIRST_STEP / SMALLEST_STEP * self._shortest, settings.max_step or np.inf)
+        changes_in = changes_in if np.isfinite(changes_in) else 1.0
+        self._shortest = SMALLEST_STEP * changes_in
+        self._step = min(FIRST_STEP * changes_in, settings.max_step or np.inf)
         weight = ripple_persistence(system, state, rate)
         self._rtol = steepened(settings.rtol, STEP_POWER + RIPPLE_POWER * weight) * RIPPLE_SHARE**weight
         default = absolute_tolerances(system, state, self._rtol)
@@ -244,7 +239,7 @@ class RosenbrockIntegration:
         self._argument, self._slope, self._rate, self._product = np.empty((4, *state.shape))
 
     def memory(self) -> Memory:
-        """What `Rosenbrock.resume` takes: where the last step began and ended, with its stages, and how it is controlled."""
+        """What `recall` takes: where the last step began and ended, with its stages, and how it is controlled."""
         control = self._t, self._t_before, self._step, self._last_step, self._rtol, self._shortest
         return {
             "t": np.array(self._t),

@@ -93,12 +93,6 @@ class Symplectic(Integrator):
         self.check_system(system)
         return SymplecticIntegration(self, system, state)
 
-    def resume(self, system: SemiDiscretization, memory: Memory, t_end: float) -> SymplecticIntegration:
-        """Go on from what an integration remembered, as if it had not been interrupted."""
-        integration = SymplecticIntegration(self, system, memory["state"])
-        integration.recall(memory)
-        return integration
-
 
 class SymplecticIntegration:
     """A run of a splitting method in progress."""
@@ -112,7 +106,7 @@ class SymplecticIntegration:
         self._done = 0
 
     def memory(self) -> Memory:
-        """What `Symplectic.resume` takes: the state, the last output time, and how many steps were taken since."""
+        """What `recall` takes: the state, the last output time, and how many steps were taken since."""
         place = {"t": np.array(self._t), "start": np.array(self._start), "done": np.array(self._done)}
         return place | {"state": self._state.copy()}
 

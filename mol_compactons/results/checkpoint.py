@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from mol_compactons.integrators.base import Counters, Memory
-from mol_compactons.results.places import beside, parts, written_whole
+from mol_compactons.results.places import beside, leftovers, written_whole
 
 KEPT = 2
 """How many checkpoints are kept, the last ones."""
@@ -103,5 +103,5 @@ def discard(path: Path) -> None:
     """Remove the checkpoints of a result, and what was to become one."""
     for place in places(path):
         with contextlib.suppress(OSError):
-            for file in (place, *parts(place)):
+            for file in (place, *leftovers(place)):
                 file.unlink(missing_ok=True)

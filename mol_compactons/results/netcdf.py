@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.integrators.base import Memory
-from mol_compactons.results.places import check_target, new_part, parts, sync_folder, why, written_whole
+from mol_compactons.results.places import check_target, leftovers, new_part, sync_folder, why, written_whole
 from mol_compactons.results.recorder import Watch
 from mol_compactons.results.running_file import RunningFile, is_claimed
 from mol_compactons.results.schema import COMPLETE, Layout, describe
@@ -122,7 +122,7 @@ class NetCDFRecorder:
             raise
         self._published = True
         sync_folder(self._path.parent)
-        for leftover in parts(self._path):
+        for leftover in leftovers(self._path):
             if not is_claimed(leftover):
                 leftover.unlink(missing_ok=True)
 

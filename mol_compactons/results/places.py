@@ -105,10 +105,22 @@ def new_part(path: Path) -> Path:
     return path.with_name(f".{path.stem}.{os.getpid()}-{next(_numbers)}{path.suffix}")
 
 
-def parts(path: Path) -> list[Path]:
-    """The hidden files beside a file that were to become it."""
-    pattern = re.compile(rf"\.{re.escape(path.stem)}\.\d+-\d+{re.escape(path.suffix)}")
-    return [other for other in path.parent.iterdir() if pattern.fullmatch(other.name)]
+def leftovers(path: Path) -> list[Path]:
+    """The hidden files beside a file that were to become it, of processes that have ended."""
+    pattern = re.compile(rf"\.{re.escape(path.stem)}\.(\d+)-\d+{re.escape(path.suffix)}")
+    found = [(other, pattern.fullmatch(other.name)) for other in path.parent.iterdir()]
+    return [other for other, match in found if match and not _is_alive(int(match[1]))]
+
+
+def _is_alive(process: int) -> bool:
+    """Whether there is a process of a number on this machine; where the system does not say, there may be."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, require
+from mol_compactons.runtime.locks import open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,11 +66,9 @@ def read_netcdf(path: Path, variable: str, t: float | None) -> tuple[Array, Arra
     InputError
         If the file or the variable does not exist, or has no dimension in space.
     """
-    import xarray as xr
-
     require(path.is_file(), f"There is no file {path}; give a CSV or a NetCDF file.")
     try:
-        dataset = xr.open_dataset(path)
+        dataset = open_netcdf(path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path} is neither a CSV file (.csv) nor a NetCDF file that can be read ({error}).") from None
     with dataset:

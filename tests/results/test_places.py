@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,7 +15,6 @@ from mol_compactons.results.places import (
     check_target,
     name_limit,
     new_part,
-    parts,
     why,
     written_whole,
 )
@@ -91,12 +92,15 @@ def test_a_name_leaves_room_for_those_beside_it(tmp_path: Path) -> None:
         check_target(tmp_path / ("a" * (longest - 2) + ".nc"), overwrite=False)
 
 
-def test_names_for_parts_are_new_and_found_again(tmp_path: Path) -> None:
+def test_parts_of_processes_that_have_ended_are_found_and_no_others(tmp_path: Path) -> None:
     path = tmp_path / "re[s]ult.nc"
-    made = [new_part(path) for _ in range(3)]
-    assert len(set(made)) == 3
-    for part in made:
+    mine = [new_part(path) for _ in range(3)]
+    assert len(set(mine)) == 3
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    left = [tmp_path / f".re[s]ult.{ended.pid}-{number}.nc" for number in range(2)]
+    for part in (*mine, *left):
         part.write_text("")
     (tmp_path / ".re[s]ult.nc.checkpoint-0").write_text("")
     (tmp_path / ".other.1-1.nc").write_text("")
-    assert sorted(parts(path)) == sorted(made)
+    assert sorted(leftovers(path)) == left

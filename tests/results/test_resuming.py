@@ -22,6 +22,7 @@ from mol_compactons import (
     GranularCompacton,
     Grid,
     InputError,
+    IntegrationError,
     Lattice,
     Midpoint,
     PowerContact,
@@ -34,6 +35,7 @@ from mol_compactons import (
     running,
 )
 from mol_compactons.integrators import CVODE, IDA, Integrator
+from mol_compactons.integrators.midpoint import MidpointIntegration
 from mol_compactons.results import checkpoint, running_file
 
 WAVE = Simulation(GranularCompacton(3), Grid(30, 75), [Compacton(1, 6)], 1, ConservativeScheme(4, grid_viscosity=0.03), 6)
@@ -183,6 +185,30 @@ def test_frames_that_are_damaged_are_dropped_and_made_again(damage: str, tmp_pat
     with run(EXACT[2], path, resume=True) as done:
         assert "went on from t = 0.4" in done.attrs["history"]
         assert float(abs(done.W - whole.W).max()) < 1e-6
+
+
+class Breaking(MidpointIntegration):
+    """A midpoint rule that gives up in the middle of its eighth step."""
+
+    def _part(self, step: float) -> None:
+        super()._part(step)
+        if self.counters.steps == 7:
+            raise IntegrationError("It broke.", self._t)
+
+
+def test_a_failure_in_the_middle_of_a_step_leaves_nothing_to_go_on_from_but_the_frames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, simulation = tmp_path / "a.nc", EXACT[3]
+    monkeypatch.setattr("mol_compactons.integrators.midpoint.MidpointIntegration", Breaking)
+    with pytest.raises(IntegrationError, match="It broke"):
+        run(simulation, path)
+    monkeypatch.undo()
+    with pytest.raises(OSError, match="group not found"):
+        xr.open_dataset(path, group="restart")
+    with run(simulation, path, resume=True) as done:
+        assert "went on from t = 0.6" in done.attrs["history"]
+        assert float(abs(done.W - run(simulation).W).max()) < 1e-10
 
 
 def test_checkpoints_of_another_run_are_left_aside(tmp_path: Path) -> None:
