@@ -13,6 +13,7 @@ from mol_compactons.results.places import (
     LONGEST_ADDITION,
     beside,
     check_target,
+    leftovers,
     name_limit,
     new_part,
     why,
