@@ -225,17 +225,20 @@ def by_lammps(wave: SolitaryWave, size: int, t_end: float, step: float) -> tuple
 
 
 def schemes(folder: Path) -> None:
-    """W5: one compacton, n = 3, t = 14: error against the exact solution for each of our schemes."""
+    """W5: one compacton, n = 3, t = 14: error against the exact solution for each of our schemes.
+
+    The tolerance of each is about a tenth of the error of its scheme, so that this is what is compared.
+    """
     base = replace(compacton_run((1,), (5.5,), 30, 600, 14), frames=2)
     rows = []
     for name, scheme, size, integrator in (
-        ("the paper's scheme and viscosity, IDA", CompactScheme("wide", 1e-3), 600, IDA(rtol=1e-4)),
-        ("the same, Rosenbrock", CompactScheme("wide", 1e-3), 600, Rosenbrock(rtol=1e-3)),
-        ("nearest, eps = 1e-5, IDA", CompactScheme("nearest", 1e-5), 600, IDA(rtol=1e-5)),
-        ("conservative, order 6, N = 75, CVODE", ConservativeScheme(6), 75, CVODE(rtol=1e-3)),
+        ("the paper's scheme and viscosity, IDA", CompactScheme("wide", 1e-3), 600, IDA(rtol=1e-2)),
+        ("the same, Rosenbrock", CompactScheme("wide", 1e-3), 600, Rosenbrock(rtol=1e-2)),
+        ("nearest, eps = 1e-5, IDA", CompactScheme("nearest", 1e-5), 600, IDA(rtol=1e-3)),
+        ("conservative, order 6, N = 75, CVODE", ConservativeScheme(6), 75, CVODE(rtol=1e-2)),
         ("conservative, order 6, N = 75, Rosenbrock", ConservativeScheme(6), 75, Rosenbrock(rtol=1e-2)),
         ("conservative, order 6, N = 150, Rosenbrock", ConservativeScheme(6), 150, Rosenbrock(rtol=1e-3)),
-        ("conservative, order 6, N = 300, CVODE", ConservativeScheme(6), 300, CVODE(rtol=1e-5)),
+        ("conservative, order 6, N = 300, CVODE", ConservativeScheme(6), 300, CVODE(rtol=1e-3)),
         ("conservative, order 6, N = 300, Rosenbrock", ConservativeScheme(6), 300, Rosenbrock(rtol=1e-3)),
     ):
         rows.append(against_the_wave(base, name, scheme, size, integrator))

@@ -14,13 +14,13 @@ import numpy as np
 import xarray as xr
 
 from mol_compactons import (
-    CVODE,
     Compacton,
     ConservativeScheme,
     GranularCompacton,
     Grid,
     IntegrationError,
     RosenauHyman,
+    Rosenbrock,
     Simulation,
     run,
 )
@@ -45,7 +45,7 @@ def single(n: float, order: Order, size: int) -> tuple[float, int]:
         initial=[Compacton(speed=1, center=10)],
         t_end=14,
         frames=2,
-        integrator=CVODE(rtol=1e-5),
+        integrator=Rosenbrock(rtol=1e-4),
     )
     dataset = run(simulation)
     exact = simulation.initial[0].values(simulation.equation, simulation.grid, 14)[0]
@@ -63,7 +63,7 @@ def collision(n: float, sign: int, order: Order, damping: tuple[Literal[4, 6], f
         initial=[Compacton(speed=1, center=fast), Compacton(speed=1 / 4, center=slow, sign=sign)],
         t_end=40,
         frames=41,
-        integrator=CVODE(rtol=1e-4, max_steps=20_000),
+        integrator=Rosenbrock(rtol=1e-4),
     )
     return run(simulation)
 
@@ -96,7 +96,7 @@ def survives(size: int, amount: float) -> bool:
         initial=[Compacton(3, 10), Compacton(2, 25), Compacton(1, 40)],
         t_end=60,
         frames=2,
-        integrator=CVODE(rtol=1e-4, max_steps=100_000),
+        integrator=Rosenbrock(rtol=1e-4),
     )
     try:
         run(simulation)

@@ -20,7 +20,7 @@ from mol_compactons.results.recorder import MemoryRecorder, Recorder
 from mol_compactons.results.schema import COMPLETE, Layout, cost_attributes, layout_of, source
 from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.semidiscrete import SemiDiscretization
-from mol_compactons.simulation import Simulation
+from mol_compactons.simulation import Simulation, divided
 from mol_compactons.stop_rules import StopRule, Watcher
 
 if TYPE_CHECKING:
@@ -193,10 +193,12 @@ class Course:
         began: Checkpoint | None = None,
     ) -> None:
         self._simulation, self._path, self._integration, self._recorder = simulation, path, integration, recorder
+        self._times = simulation.times
         self._system = system
         self._watchers = watchers
         self._observe: Observe | None = None
         self._recorded = began.frames if began else 0
+        self._between = list(began.between) if began else []
         self._latest: Memory = began.memory if began else {}
         self._t = began.t if began else 0.0
         self._seconds_before = began.seconds if began else 0.0
@@ -212,10 +214,25 @@ class Course:
 
     def record(self, t: float, state: Array) -> None:
         """Take a frame."""
-        self._t, self._latest = t, {"t": np.array(t), "state": state}
-        self._recorder.append(t, state, _numbers(self._system.invariants(state) | self._system.diagnostics(state)))
+        self._take_numbers(t, state)
+        self._recorder.append(t, state, self._between)
         self._recorded += 1
+        self._between = []
         self._show(t, state)
+
+    def _take_numbers(self, t: float, state: Array) -> None:
+        """Take the numbers along t."""
+        self._t, self._latest = t, {"t": np.array(t), "state": state}
+        numbers = _numbers(self._system.invariants(state) | self._system.diagnostics(state))
+        self._between.append([t, *(numbers[name] for name in self._recorder.layout.series)])
+
+    def _advance(self, t: float, report: Report) -> Array:
+        """The state at the next frame, with the numbers along t on the way to it."""
+        before = float(self._times[self._recorded - 1])
+        times = divided(before, t, self._simulation.series_per_frame)
+        for part in times[len(self._between) : -1]:
+            self._take_numbers(float(part), self._integration.advance(float(part), report))
+        return self._integration.advance(t, report)
 
     def _show(self, t: float, state: Array) -> None:
         if self._observe:
@@ -238,8 +255,8 @@ class Course:
         try:
             report(self._t)
             watching = self._watching(report)
-            for t in self._simulation.times[self._recorded :]:
-                state = self._integration.advance(float(t), watching)
+            for t in self._times[self._recorded :]:
+                state = self._advance(float(t), watching)
                 self.record(float(t), state)
                 if self._recorded < self._simulation.frames:
                     self._stop_if(self._t, [watcher.at_frame(self._t, state, self._so_far) for watcher in self._watchers])
@@ -295,6 +312,7 @@ class Course:
             seconds=self._seconds,
             simulation=self._simulation.to_json(),
             source=source(),
+            between=self._between,
         )
 
     @property

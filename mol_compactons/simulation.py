@@ -27,7 +27,7 @@ from mol_compactons.waves.shapes import Uniform
 
 VISCOSITY_NAMES = ("viscosity", "grid viscosity")
 
-TAKEN = {"x", "k", "t", "mass", "momentum", "energy"}
+TAKEN = {"x", "k", "t", "t_series", "mass", "momentum", "energy"}
 """What else a result holds, so that no variable may be called so."""
 
 LONGEST_FIELD = 40
@@ -63,6 +63,9 @@ class Simulation(Settings):
         Number of output times, equally spaced from 0 to t_end, both included.
     output_times : list of float, optional
         Output times of one's own, growing from 0 to t_end, in place of equally spaced ones; `frames` is their number then.
+    series_per_frame : int
+        How often conserved quantities and diagnostics are recorded from one output time to the next. Above 1 the result has
+        them also on the coordinate ``t_series``, as ``mass_series``. Methods of fixed steps end a step at each of these times.
     integrator
         The time integrator.
     title : str
@@ -96,6 +99,7 @@ class Simulation(Settings):
     integrator: Integrator = field(default_factory=IDA)
     title: str = ""
     output_times: Sequence[float] | None = None
+    series_per_frame: int = 1
 
     def __post_init__(self) -> None:
         with within_numbers("This simulation"):
@@ -118,6 +122,10 @@ class Simulation(Settings):
         require(
             2 <= self.frames <= MOST_FRAMES,
             f"frames = {self.frames:.16g} must lie between 2, the first and the last time, and {MOST_FRAMES}.",
+        )
+        require(
+            self.series_per_frame >= 1 and self.frames * self.series_per_frame <= MOST_FRAMES,
+            f"series_per_frame = {self.series_per_frame:.16g} must be at least 1, and at most {MOST_FRAMES} / frames.",
         )
         system, state = self.discretize(), self.initial_state()
         self.integrator.check_system(system)
@@ -263,6 +271,11 @@ class Simulation(Settings):
             raise InputError(f"The text is not JSON ({told}); give what Simulation.to_json() returned.") from None
         require(isinstance(simulation, cls), "The JSON does not describe a Simulation.")
         return cast(Simulation, simulation)
+
+
+def divided(first: float, last: float, parts: int) -> NDArray[np.float64]:
+    """The ends of equal parts of an interval, shape (parts,); the last end is `last`."""
+    return np.append(first + (last - first) * np.arange(1, parts) / parts, last)
 
 
 def multiples(spacing: Fraction, count: int) -> NDArray[np.float64]:

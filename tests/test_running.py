@@ -16,6 +16,7 @@ from mol_compactons import (
     ConservativeScheme,
     GaussLegendre,
     GranularChain,
+    InputError,
     IntegrationError,
     Lattice,
     Midpoint,
@@ -26,6 +27,7 @@ from mol_compactons import (
     Symplectic,
     run,
 )
+from mol_compactons.analysis.drift import drift
 from mol_compactons.integrators import CVODE, IDA, Integrator
 from mol_compactons.integrators.base import no_report
 from mol_compactons.runtime.signals import stopping_on_signals
@@ -190,3 +192,27 @@ def test_two_runs_at_once_do_not_disturb_each_other() -> None:
         thread.join()
     assert all(np.array_equal(alone, values) for values in together)
     assert len(together) == 2
+
+
+@pytest.mark.parametrize("integrator", [Rosenbrock(), IDA()], ids=repr)
+def test_numbers_more_often_than_fields_are_those_of_more_frames(integrator: Rosenbrock | IDA) -> None:
+    """The fields are the same to the last bit, and the series that of a run with as many frames."""
+    simulation = one_compacton(frames=4, integrator=integrator)
+    often, many = run(replace(simulation, series_per_frame=5)), run(replace(simulation, frames=16))
+    assert np.array_equal(often.W, run(simulation).W)
+    assert often.t_series.values == pytest.approx(many.t.values, abs=1e-14)
+    assert np.ptp(many.energy) > 1e-6
+    for name in ("mass", "momentum", "energy"):
+        assert often[f"{name}_series"].values == pytest.approx(many[name].values, abs=1e-9)
+        assert often[f"{name}_series"].attrs["role"] == "conserved series"
+    change, known = drift(often), drift(many)
+    assert change.sizes["t"] == 16
+    assert change.energy.values == pytest.approx(known.energy.values, abs=1e-9)
+    part = drift(often.isel(t=slice(1, 3)))
+    assert (part.sizes["t"], float(part.energy[0])) == (6, 0.0)
+
+
+def test_how_often_numbers_are_recorded_is_refused_beyond_reason() -> None:
+    for wrong in (0, 10**7):
+        with pytest.raises(InputError, match="series_per_frame = "):
+            replace(one_compacton(), series_per_frame=wrong)

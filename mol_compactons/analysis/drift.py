@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mol_compactons.results.reading import conserved_names
+from mol_compactons.results.reading import conserved_along_t
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,10 +29,10 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        One variable along t for each conserved quantity, nondimensional; its attribute `scale` is the value divided by, and
-        `relative_to` says which that is. Where all is zero, so is the drift.
+        One variable along t for each conserved quantity, as often as it was recorded, nondimensional; its attribute `scale` is
+        the value divided by, and `relative_to` says which that is. Where all is zero, so is the drift.
     """
-    series = dataset[[*conserved_names(dataset), "t"]].load().sortby("t")
+    series = conserved_along_t(dataset)
     result = series.copy()
     for name in series.data_vars if dataset.sizes["t"] else ():
         values = series[name]

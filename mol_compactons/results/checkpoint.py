@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +40,8 @@ class Checkpoint:
         Its settings as JSON.
     source : str
         The program and the libraries, with their versions.
+    between : list
+        What was recorded more often than the fields since the last of these frames, see `Layout.block`.
     """
 
     t: float
@@ -49,6 +51,7 @@ class Checkpoint:
     seconds: float
     simulation: str
     source: str
+    between: list[list[float]] = field(default_factory=list)
 
     def about(self) -> str:
         """All but the memory, as JSON."""

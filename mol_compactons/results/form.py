@@ -73,6 +73,7 @@ def check_form(dataset: xr.Dataset, path: str | Path) -> None:
     for names, dimensions in ((fields, ["t", space]), (conserved_names(dataset), ["t"])):
         for name in names:
             variable = dataset[name]
+            _insist(path, name.isidentifier(), f"{shown(name)} is no name of a variable")
             _insist(path, sorted(map(str, variable.dims)) == sorted(dimensions), f"{name} has not the dimensions {dimensions}")
             _insist(path, variable.dtype.kind in "fiu", f"{name} holds what are no numbers")
             _insist(path, _is_number(variable.attrs.get("magnitude", 0.0)), f"the magnitude of {name} is no number")

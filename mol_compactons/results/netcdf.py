@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from mol_compactons.errors import InputError, IntegrationError, require
 from mol_compactons.integrators.base import Memory
 from mol_compactons.results.places import check_target, leftovers, new_part, sync_folder, why, written_whole
-from mol_compactons.results.recorder import Watch
+from mol_compactons.results.recorder import Between, Watch, in_one_row
 from mol_compactons.results.running_file import RunningFile, is_claimed
-from mol_compactons.results.schema import COMPLETE, Layout, describe
-from mol_compactons.runtime.locks import library_lock, open_netcdf
+from mol_compactons.results.schema import COMPLETE, SERIES_TIME, Layout, describe
+from mol_compactons.runtime.netcdf import open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +57,7 @@ class NetCDFRecorder:
     def __init__(self, layout: Layout, path: Path, overwrite: bool) -> None:
         check_target(path, overwrite)
         require(not is_claimed(path), f"Another run is writing {path}; wait for its end, or choose another name.")
-        self._layout, self._path, self._place = layout, path, path
+        self.layout, self._path, self._place = layout, path, path
         self._t = 0.0
         self._replaces = path.exists()
         self._part = new_part(path)
@@ -76,22 +76,25 @@ class NetCDFRecorder:
 
     def take_over(self, dataset: xr.Dataset, frames: int) -> None:
         """Begin with the first frames of an earlier result, which may be the one that is to be replaced."""
-        rows = max(1, CHUNK_BYTES // (8 * self._layout.coordinates.size))
+        rows = max(1, CHUNK_BYTES // (8 * self.layout.coordinates.size))
+        series = np.stack([dataset[name].values for name in ("t", *self.layout.series)], axis=1)
+        often = np.stack([dataset[name].values for name in self.layout.often], axis=1) if self.layout.often else None
+        parts = self.layout.series_per_frame
         for first in range(0, frames, rows):
-            block = dataset.isel(t=slice(first, min(first + rows, frames))).load()
-            fields = np.stack([block[name].values for name in self._layout.fields], axis=1)
-            series = np.stack([block[name].values for name in self._layout.series], axis=1) if self._layout.series else None
-            for index, state in enumerate(fields):
-                numbers = [] if series is None else [float(number) for number in series[index]]
-                self._file.append(float(block["t"].values[index]), numbers, state)
+            block = dataset[list(self.layout.fields)].isel(t=slice(first, min(first + rows, frames))).load()
+            fields = np.stack([block[name].values for name in self.layout.fields], axis=1)
+            for index, state in enumerate(fields, start=first):
+                last = index * parts + 1
+                between = series[index : index + 1] if often is None else often[max(last - parts, 0) : last]
+                self._file.append(state, between)
             with self._writing(float(block["t"].values[-1])):
                 self._file.sync()
         self._publish()
 
-    def append(self, t: float, state: NDArray[np.float64], numbers: dict[str, float]) -> None:
+    def append(self, t: float, state: NDArray[np.float64], between: Between) -> None:
         """Add a frame; raises `IntegrationError` where the file cannot be written any further."""
         self._t = t
-        self._file.append(t, [numbers[name] for name in self._layout.series], state)
+        self._file.append(state, between)
         if self._file.due or self._file.frames == 0:
             self.sync(t)
 
@@ -199,7 +202,7 @@ class NetCDFRecorder:
             return False
         try:
             with written_whole(self._path) as part:
-                _compress(self._file, part, self._layout, attributes, memory, watch)
+                _compress(self._file, part, self.layout, attributes, memory, watch)
         except InputError:
             return False
         return True
@@ -207,7 +210,7 @@ class NetCDFRecorder:
     def _keep_in_memory(self, attributes: dict[str, Any]) -> None:
         """A run that got nowhere leaves the earlier file as it is."""
         with open_netcdf(self._part) as dataset:
-            self._ended = dataset.load().assign_attrs(attributes)
+            self._ended = in_one_row(dataset.load()).assign_attrs(attributes)
         self._part.unlink(missing_ok=True)
 
     def _rescue(self) -> None:
@@ -226,7 +229,7 @@ class NetCDFRecorder:
         if self._ended is not None:
             return self._ended
         try:
-            return open_netcdf(self._place)
+            return in_one_row(open_netcdf(self._place))
         except (OSError, ValueError):
             raise InputError(f"Another program replaced or removed {self._path} while the run went on.") from None
 
@@ -249,61 +252,72 @@ def _compress(
     file: RunningFile, part: Path, layout: Layout, attributes: dict[str, Any], memory: Memory | None, watch: Watch
 ) -> None:
     """Write what a running file holds as compressed NetCDF-4, block by block."""
-    import netCDF4
+    import h5netcdf
 
-    size = layout.coordinates.size
-    rows = max(1, min(CHUNK_BYTES // (8 * size), file.frames))
-    with library_lock():
-        target = netCDF4.Dataset(part, "w", format="NETCDF4")
-    try:
-        with library_lock():
-            _describe(target, layout, attributes, rows)
-            _remember(target, memory or {})
+    rows = max(1, min(CHUNK_BYTES // (8 * layout.coordinates.size), file.frames))
+    parts = layout.series_per_frame
+    with h5netcdf.File(part, "w") as target:
+        _lay_out(target, layout, attributes, rows)
+        _remember(target, memory or {})
+        target.resize_dimension("t", file.frames)
+        if layout.often:
+            target.resize_dimension(SERIES_TIME, max((file.frames - 1) * parts + 1, 0))
         for first in range(0, file.frames, rows):
             watch()
-            t, series, fields = file.rows(first, min(rows, file.frames - first))
-            block = slice(first, first + t.size)
-            with library_lock():
-                target["t"][block] = t
-                for name, values in zip(layout.series, series, strict=True):
-                    target[name][block] = values
-                for name, values in zip(layout.fields, fields, strict=True):
-                    target[name][block] = values
-    finally:
-        with library_lock():
-            target.close()
+            count = min(rows, file.frames - first)
+            series, often, fields = file.rows(first, count)
+            for name, values in zip(("t", *layout.series), series, strict=True):
+                target[name][first : first + count] = values
+            for name, values in zip(layout.fields, fields, strict=True):
+                target[name][first : first + count] = values
+            before, after = max(first * parts - parts + 1, 0), (first + count - 1) * parts + 1
+            for name, values in zip(layout.often, often, strict=True):
+                target[name][before:after] = values.reshape(-1)[count * parts - (after - before) :]
 
 
-def _describe(target: Any, layout: Layout, attributes: dict[str, Any], rows: int) -> None:
+def _lay_out(target: Any, layout: Layout, attributes: dict[str, Any], rows: int) -> None:
     """The dimensions, variables and attributes of a result."""
-    target.setncatts(layout.attributes | attributes)
-    target.createDimension("t", None)
-    target.createDimension(layout.space, layout.coordinates.size)
-    space = target.createVariable(layout.space, "f8", (layout.space,), fill_value=False)
-    space.setncatts(layout.coordinate_attributes)
-    space[:] = layout.coordinates
-    for name, own in {"t": describe("t"), **layout.series}.items():
-        length = (min(layout.frames, 1024),)
-        variable = target.createVariable(name, "f8", ("t",), chunksizes=length, fill_value=False if name == "t" else np.nan)
-        variable.setncatts(own)
+    _describe(target, layout.attributes | attributes)
+    target.dimensions = {"t": None, layout.space: layout.coordinates.size}
+    points = target.create_variable(layout.space, (layout.space,), data=layout.coordinates)
+    _describe(points, layout.coordinate_attributes)
+    if layout.often:
+        target.dimensions[SERIES_TIME] = None
+    lines = [("t", "t", describe("t")), *(("t", *one) for one in layout.series.items())]
+    for along, name, own in (*lines, *((SERIES_TIME, *one) for one in layout.often.items())):
+        length = min(layout.frames * layout.series_per_frame, 1024)
+        missing = None if name == along else np.nan
+        _describe(target.create_variable(name, (along,), "f8", fillvalue=missing, chunks=(length,)), own)
+    packed = {"chunks": (rows, layout.coordinates.size), "compression": "gzip", "compression_opts": 1, "shuffle": True}
     for name, own in layout.fields.items():
-        chunks = (rows, layout.coordinates.size)
-        variable = target.createVariable(
-            name, "f8", ("t", layout.space), chunksizes=chunks, zlib=True, complevel=1, shuffle=True, fill_value=np.nan
-        )
-        variable.setncatts(own)
+        _describe(target.create_variable(name, ("t", layout.space), "f8", fillvalue=np.nan, **packed), own)
+
+
+def _describe(target: Any, attributes: dict[str, Any]) -> None:
+    """Give a file, a group or a variable its attributes; texts as NetCDF's characters, which every reader knows."""
+    from h5py import string_dtype
+
+    for name, value in attributes.items():
+        if isinstance(value, str):
+            content = value.encode()
+            # Of a single byte a reader cannot tell whether it is a text.
+            target.attrs[name] = np.array(content, string_dtype("utf-8", max(2, len(content))))
+        else:
+            target.attrs[name] = value
 
 
 def _remember(target: Any, memory: Memory) -> None:
     """Store what the integrator needs to go on in a group of its own."""
     if not memory:
         return
-    group = target.createGroup(RESTART)
+    group = target.create_group(RESTART)
+    single = {name: values for name, values in memory.items() if not values.ndim}
+    # A variable without dimensions that is called as one of the file's is taken for its coordinate.
+    _describe(group, {name: values.item() if values.dtype.kind == "U" else values[()] for name, values in single.items()})
     for name, values in memory.items():
-        if values.dtype.kind == "U":
-            group.setncattr(name, str(values))
+        if name in single:
             continue
         dimensions = tuple(f"{name}_{axis}" for axis in range(values.ndim))
         for dimension, length in zip(dimensions, values.shape, strict=True):
-            group.createDimension(dimension, length)
-        group.createVariable(name, values.dtype, dimensions, fill_value=False)[...] = values
+            group.dimensions[dimension] = length
+        group.create_variable(name, dimensions, data=values)

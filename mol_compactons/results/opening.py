@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from mol_compactons.errors import InputError, require
 from mol_compactons.results.places import why, written_whole
+from mol_compactons.results.recorder import in_one_row
 from mol_compactons.results.running_file import is_claimed
-from mol_compactons.runtime.locks import open_netcdf
+from mol_compactons.runtime.netcdf import open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,7 +26,7 @@ def open_result(path: str | Path) -> xr.Dataset:
     path = Path(path)
     try:
         require(path.is_file(), f"There is no file {path}; give one that mol-compactons wrote.")
-        dataset = open_netcdf(path)
+        dataset = in_one_row(open_netcdf(path))
     except InputError:
         raise
     except Exception as error:  # what the libraries raise for a damaged file has no end
@@ -58,7 +59,7 @@ def open_study(path: str | Path) -> xr.DataTree:
 
     with open_result(path) as root:
         require("family" in root.attrs, f"{path} is no convergence study; make one with mol-compactons converge.")
-    return xarray.open_datatree(path, engine="netcdf4")
+    return xarray.open_datatree(path, engine="h5netcdf")
 
 
 def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
@@ -72,6 +73,6 @@ def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
     path = Path(path)
     try:
         with written_whole(path) as part:
-            tree.to_netcdf(part, engine="netcdf4")
+            tree.to_netcdf(part, engine="h5netcdf")
     except (AttributeError, KeyError) as error:  # what is left of HDF5 where the disk is full
         raise InputError(f"{path} cannot be written: {why(error, path.parent)}.") from None

@@ -15,7 +15,7 @@ from mol_compactons.configuration import decode
 from mol_compactons.equations.base import Equation
 from mol_compactons.errors import InputError, require
 from mol_compactons.grid import Grid, Lattice
-from mol_compactons.results.schema import CONSERVED, FIELD, FORMAT, WaveOutline, outlines
+from mol_compactons.results.schema import CONSERVED, FIELD, FORMAT, SERIES, SERIES_TIME, WaveOutline, outlines
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -53,6 +53,17 @@ def field_names(dataset: xr.Dataset) -> list[str]:
 def conserved_names(dataset: xr.Dataset) -> list[str]:
     """The conserved quantities in a result."""
     return _names(dataset, CONSERVED, 1)
+
+
+def conserved_along_t(dataset: xr.Dataset) -> xr.Dataset:
+    """The conserved quantities along t, as often as they were recorded between the first and the last frame, in memory."""
+    names = conserved_names(dataset)
+    if SERIES_TIME not in dataset.coords or not dataset.sizes["t"]:
+        return dataset[[*names, "t"]].load().sortby("t")
+    often = dataset[[f"{name}_{SERIES}" for name in names]].load()
+    ends = dataset["t"].min(), dataset["t"].max()
+    often = often.isel({SERIES_TIME: ((often[SERIES_TIME] >= ends[0]) & (often[SERIES_TIME] <= ends[1])).values})
+    return often.rename({SERIES_TIME: "t"} | {f"{name}_{SERIES}": name for name in names})
 
 
 def space_of(dataset: xr.Dataset) -> str:

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.integrators.base import Memory
-from mol_compactons.results.schema import Layout, describe
+from mol_compactons.results.schema import SERIES_TIME, Layout, describe
 
 if TYPE_CHECKING:
     import xarray as xr
 
+
+Array = NDArray[np.float64]
+
+PART = "part"
+"""The dimension of what is recorded more often than the fields, from one frame to the next, while a file is written."""
+
+Between = Sequence[Sequence[float]] | Array
+"""The time and the numbers along it at one or several times, from one frame to the next; the last are those of the frame."""
 
 Watch = Callable[[], None]
 """Called now and then during long work; it may raise KeyboardInterrupt."""
@@ -22,8 +30,12 @@ Watch = Callable[[], None]
 class Recorder(Protocol):
     """Takes the frames of a run, one after the other."""
 
-    def append(self, t: float, state: NDArray[np.float64], numbers: dict[str, float]) -> None:
-        """Add a frame: a state of shape (components, size) and the numbers along t."""
+    @property
+    def layout(self) -> Layout:
+        """What the result looks like."""
+
+    def append(self, t: float, state: NDArray[np.float64], between: Between) -> None:
+        """Add a frame, a state of shape (components, size), with the numbers along t up to it."""
 
     @property
     def frames(self) -> int:
@@ -46,16 +58,18 @@ class MemoryRecorder:
     """A `Recorder` that keeps the frames in memory."""
 
     def __init__(self, layout: Layout) -> None:
-        self._layout = layout
+        self.layout = layout
         self._attributes = layout.attributes
         self.frames = 0
         self._numbers = np.empty((layout.frames, 1 + len(layout.series)))
         self._states = np.empty((layout.frames, len(layout.fields), layout.coordinates.size))
+        self._often = np.empty((layout.frames, len(layout.often), layout.series_per_frame))
 
-    def append(self, t: float, state: NDArray[np.float64], numbers: dict[str, float]) -> None:
+    def append(self, t: float, state: NDArray[np.float64], between: Between) -> None:
         """Add a frame."""
         self._states[self.frames] = state
-        self._numbers[self.frames] = t, *(numbers[name] for name in self._layout.series)
+        self._numbers[self.frames] = between[-1]
+        self._often[self.frames] = self.layout.block(between)
         self.frames += 1
 
     def sync(self, t: float) -> None:
@@ -73,7 +87,7 @@ class MemoryRecorder:
         """What was recorded."""
         import xarray as xr
 
-        layout, space = self._layout, self._layout.space
+        layout, space = self.layout, self.layout.space
         states, numbers = self._states[: self.frames], self._numbers[: self.frames]
         fields = {name: (("t", space), states[:, index], own) for index, (name, own) in enumerate(layout.fields.items())}
         series = {name: ("t", numbers[:, index], own) for index, (name, own) in enumerate(layout.series.items(), start=1)}
@@ -81,4 +95,19 @@ class MemoryRecorder:
             "t": ("t", numbers[:, 0], describe("t")),
             space: (space, layout.coordinates, layout.coordinate_attributes),
         }
-        return xr.Dataset({**fields, **series}, coordinates, self._attributes)
+        often = self._often[: self.frames].swapaxes(0, 1)
+        blocks = {name: (("t", PART), block, own) for (name, own), block in zip(layout.often.items(), often, strict=True)}
+        return in_one_row(xr.Dataset({**fields, **series, **blocks}, coordinates, self._attributes))
+
+
+def in_one_row(dataset: xr.Dataset) -> xr.Dataset:
+    """The result with what is recorded more often than the fields along a coordinate, as a file has it at the end."""
+    if SERIES_TIME not in dataset or dataset[SERIES_TIME].ndim < 2:
+        return dataset
+    first = dataset.sizes[PART] - 1
+    rows = {
+        name: (SERIES_TIME, variable.values.reshape(-1)[first:], variable.attrs)
+        for name, variable in dataset.variables.items()
+        if PART in variable.dims
+    }
+    return dataset.drop_vars(list(rows)).assign_coords({SERIES_TIME: rows.pop(SERIES_TIME)}).assign(rows)

@@ -14,12 +14,13 @@ from mol_compactons.errors import require
 from mol_compactons.integrators.base import Counters
 from mol_compactons.results import checkpoint
 from mol_compactons.results.checkpoint import Checkpoint
+from mol_compactons.results.form import check_form, reading
 from mol_compactons.results.netcdf import RESTART
 from mol_compactons.results.opening import open_result
 from mol_compactons.results.reading import field_names
 from mol_compactons.results.running_file import is_claimed
 from mol_compactons.results.schema import COMPLETE
-from mol_compactons.runtime.locks import open_netcdf
+from mol_compactons.runtime.netcdf import open_netcdf
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -75,10 +76,13 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
     require(not is_claimed(path), f"Another run is writing {path}; wait for its end, or stop it.")
     dataset = open_result(path)
     try:
+        with reading(path):
+            check_form(dataset, path)
         stored = Simulation.from_json(str(dataset.attrs["simulation"]))
         _insist_on_the_same(path, stored, asked)
         simulation = _in_all(path, stored, asked)
-        frames = min(_whole_frames(dataset, simulation), simulation.frames)
+        with reading(path):
+            frames = min(_whole_frames(dataset, simulation), simulation.frames)
         require(frames > 0, f"{path} holds no whole frame to go on from; run again with --overwrite.")
         found = [checkpoint.last(path), _stored_memory(path)]
         usable = [one for one in found if one is not None and 0 < one.frames <= frames and _belongs(one, stored)]
@@ -139,11 +143,12 @@ def _stored_memory(path: Path) -> Checkpoint | None:
     """What a result that is complete keeps of its integrator."""
     try:
         group = open_netcdf(path, group=RESTART, decode_cf=False)
-    except OSError:  # it has no such group
+    except (OSError, ValueError):  # it has no such group
         return None
     with group:
-        memory = {str(name): variable.values for name, variable in group.variables.items()}
-        return Checkpoint.restored(str(group.attrs[checkpoint.ABOUT]), memory)
+        memory = {str(name): np.asarray(value) for name, value in group.attrs.items()}
+        memory |= {str(name): variable.values for name, variable in group.variables.items()}
+        return Checkpoint.restored(str(memory.pop(checkpoint.ABOUT)), memory)
 
 
 def from_last_frame(earlier: Earlier) -> Checkpoint:

@@ -9,6 +9,7 @@ takes no library, so that threads do not meet in it.
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import shutil
 import socket
@@ -20,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mol_compactons.results.recorder import PART, Between
 from mol_compactons.results.schema import Layout, describe
-from mol_compactons.runtime.locks import library_lock
 
 Array = NDArray[np.float64]
 
@@ -43,6 +44,8 @@ COUNT_PLACE, COUNT_SIZE = 4, 4
 
 PLACEHOLDER = "@" * STATUS_ROOM
 
+_NUMBERS = {int: ("i4",), float: ("f8",)}
+
 
 class RunningFile:
     """A NetCDF file that grows by whole frames.
@@ -52,7 +55,7 @@ class RunningFile:
     path : Path
         Where it is made; no file is there.
     layout : Layout
-        What the result looks like. The first frame holds the time, the series and the fields in that order.
+        What the result looks like. A frame holds the time, the series, what is recorded more often, and the fields.
 
     Raises
     ------
@@ -61,19 +64,18 @@ class RunningFile:
     """
 
     def __init__(self, path: Path, layout: Layout) -> None:
-        self._numbers, self._fields = len(layout.series) + 1, len(layout.fields)
-        self._size = layout.coordinates.size
-        self._row_size = 8 * (self._numbers + self._fields * self._size)
-        _write_header(path, layout)
-        self._file = path.open("rb+", buffering=0)
-        claim(self._file.fileno())
-        self._first = path.stat().st_size - self._row_size
-        self._status_place = self._file.read(self._first).index(PLACEHOLDER.encode())
+        self._layout = layout
+        self._numbers = len(layout.series) + 1
+        self._blocks = self._numbers + len(layout.often) * layout.series_per_frame
+        self._row_size = 8 * (self._blocks + len(layout.fields) * layout.coordinates.size)
+        header = header_of(layout, self._row_size)
+        self._first, self._status_place = len(header), header.index(PLACEHOLDER.encode())
         self._waiting: list[bytes] = []
         self._synced = time.monotonic()
         self.frames = 0
-        self._count(0)
-        self._file.truncate(self._first)
+        self._file = path.open("xb+", buffering=0)
+        claim(self._file.fileno())
+        self._write(0, header)
         self.set_status("running")
 
     @property
@@ -91,12 +93,12 @@ class RunningFile:
         """The number of the open file."""
         return self._file.fileno()
 
-    def append(self, t: float, numbers: list[float], state: NDArray[np.float64]) -> None:
+    def append(self, state: Array, between: Between) -> None:
         """Add a frame; it is in the file after the next `sync`."""
         row = np.empty(self._row_size // 8, ">f8")
-        row[0] = t
-        row[1 : self._numbers] = numbers
-        row[self._numbers :] = state.reshape(-1)
+        row[: self._numbers] = between[-1]
+        row[self._numbers : self._blocks] = self._layout.block(between).reshape(-1)
+        row[self._blocks :] = state.reshape(-1)
         self._waiting.append(row.tobytes())
 
     @property
@@ -127,7 +129,7 @@ class RunningFile:
 
     def set_status(self, status: str) -> None:
         """Write the status into its room."""
-        # netCDF4 and scipy take the zeros at the end away.
+        # All readers take the zeros at the end away.
         text = status.encode()[: STATUS_ROOM - 1].decode(errors="ignore").encode()
         self._write(self._status_place, text.ljust(STATUS_ROOM, b"\0"))
 
@@ -137,15 +139,16 @@ class RunningFile:
             os.utime(self._file.fileno())
 
     def rows(self, first: int, count: int) -> tuple[Array, Array, Array]:
-        """Frames that are counted: times (count,), series (names, count), fields (names, count, size)."""
+        """Frames that are counted: time and series (1 + names, count), what is more often (names, count, times), fields."""
         self._file.seek(self._first + first * self._row_size)
         content = bytearray(count * self._row_size)
         rest = memoryview(content)
         while rest:
             rest = rest[self._file.readinto(rest) :]
         rows = np.frombuffer(content, ">f8").reshape(count, self._row_size // 8).astype(float)
-        fields = rows[:, self._numbers :].reshape(count, self._fields, self._size)
-        return rows[:, 0], rows[:, 1 : self._numbers].T, fields.swapaxes(0, 1)
+        often = rows[:, self._numbers : self._blocks].reshape(count, len(self._layout.often), self._layout.series_per_frame)
+        fields = rows[:, self._blocks :].reshape(count, len(self._layout.fields), self._layout.coordinates.size)
+        return rows[:, : self._numbers].T, often.swapaxes(0, 1), fields.swapaxes(0, 1)
 
     def copy_to(self, target: Path) -> None:
         """Copy all that is counted to a new file."""
@@ -169,27 +172,44 @@ class RunningFile:
             rest = rest[self._file.write(rest) :]
 
 
-def _write_header(path: Path, layout: Layout) -> None:
-    """Make the file, with the points and one frame that is still to be written, whose length tells where it begins."""
-    import netCDF4
+def header_of(layout: Layout, row_size: int) -> bytes:
+    """The beginning of the file, up to its first frame, with the points and no frame.
 
+    It is made with one frame, which is cut off: scipy takes the length of a frame from it.
+    """
+    from scipy.io import netcdf_file
+
+    content = io.BytesIO()
     owner = {"process": f"{os.getpid()} on {socket.gethostname()}"}
-    with library_lock(), netCDF4.Dataset(path, "w", format="NETCDF3_64BIT_OFFSET", clobber=False) as file:
-        file.setncatts(layout.attributes | owner | {"status": PLACEHOLDER})
+    with netcdf_file(content, "w", version=2) as file:
+        _describe(file, layout.attributes | owner | {"status": PLACEHOLDER})
         file.createDimension("t", None)
         file.createDimension(layout.space, layout.coordinates.size)
         _create(file, layout.space, (layout.space,), layout.coordinate_attributes)[:] = layout.coordinates
         for name, own in {"t": describe("t"), **layout.series}.items():
-            _create(file, name, ("t",), own)
+            _create(file, name, ("t",), own)[0] = 0.0
+        if layout.often:
+            file.createDimension(PART, layout.series_per_frame)
+        for name, own in layout.often.items():
+            _create(file, name, ("t", PART), own)[0] = 0.0
         for name, own in layout.fields.items():
-            _create(file, name, ("t", layout.space), own)
-        file["t"][0] = 0.0
+            _create(file, name, ("t", layout.space), own)[0] = 0.0
+        file.flush()
+        whole = bytearray(content.getvalue())
+    del whole[-row_size:]
+    whole[COUNT_PLACE : COUNT_PLACE + COUNT_SIZE] = bytes(COUNT_SIZE)
+    return bytes(whole)
 
 
 def _create(file: Any, name: str, dimensions: tuple[str, ...], attributes: dict[str, Any]) -> Any:
-    variable = file.createVariable(name, "f8", dimensions, fill_value=False if name in dimensions else np.nan)
-    variable.setncatts(attributes)
+    variable = file.createVariable(name, "f8", dimensions)
+    _describe(variable, attributes if name in dimensions else {"_FillValue": np.nan, **attributes})
     return variable
+
+
+def _describe(target: Any, attributes: dict[str, Any]) -> None:
+    for name, value in attributes.items():
+        setattr(target, name, value.encode() if isinstance(value, str) else np.asarray(value, *_NUMBERS.get(type(value), ())))
 
 
 def claim(descriptor: int) -> None:

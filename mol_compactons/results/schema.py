@@ -27,6 +27,12 @@ FORMAT = 2
 FIELD, CONSERVED, DIAGNOSTIC = "field", "conserved", "diagnostic"
 """The roles of variables, their attribute ``role``: components of the state, what is conserved, and what is not."""
 
+SERIES = "series"
+"""What is recorded more often than the fields: the end of the names of variables and of their roles."""
+
+SERIES_TIME = f"t_{SERIES}"
+"""The coordinate of the numbers that are recorded more often."""
+
 COMPLETE = "complete"
 """The status of a run that reached its end."""
 
@@ -40,6 +46,7 @@ REFERENCE = (
 
 LONG_NAMES = {
     "t": "time",
+    SERIES_TIME: "time of what is recorded more often than the fields",
     "x": "coordinate along the periodic line",
     "k": "number of the site in the chain",
     "mass": "mass, the integral of the first component",
@@ -150,6 +157,8 @@ class Layout:
         How many frames are expected.
     attributes : dict
         The global attributes.
+    series_per_frame : int
+        How often the series are recorded from one frame to the next.
     """
 
     fields: dict[str, dict[str, Any]]
@@ -159,6 +168,28 @@ class Layout:
     coordinate_attributes: dict[str, Any]
     frames: int
     attributes: dict[str, Any]
+    series_per_frame: int = 1
+
+    @property
+    def often(self) -> dict[str, dict[str, Any]]:
+        """The attributes of what is recorded more often than the fields, its time first, by name."""
+        if self.series_per_frame == 1:
+            return {}
+        numbers = {f"{name}_{SERIES}": own | {"role": f"{own['role']} {SERIES}"} for name, own in self.series.items()}
+        return {SERIES_TIME: describe(SERIES_TIME), **numbers}
+
+    def block(self, between: Sequence[Sequence[float]] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """What is recorded more often, from one frame to the next, shape (of `often`, series_per_frame); NaN before the first.
+
+        Parameters
+        ----------
+        between : sequence
+            The time and the series at each of these times, the last of which is that of the frame.
+        """
+        block = np.full((len(self.often), self.series_per_frame), np.nan)
+        if self.often:
+            block[:, self.series_per_frame - len(between) :] = np.transpose(between)
+        return block
 
 
 def describe(name: str) -> dict[str, str]:
@@ -183,6 +214,10 @@ def layout_of(
             name.isidentifier() and name not in simulation.equation.variables,
             f"{type(simulation.equation).__name__} gives a number along t the name {name!r}; choose one that no variable has.",
         )
+        require(
+            not name.endswith(f"_{SERIES}"),
+            f"{type(simulation.equation).__name__} gives a number along t the name {name!r}; choose one without _{SERIES}.",
+        )
     grid = simulation.grid
     sizes = {name: {"magnitude": magnitude} for name, magnitude in (magnitudes or {}).items()}
     return Layout(
@@ -194,6 +229,7 @@ def layout_of(
         coordinate_attributes=describe(grid.dimension) | {"period": float(grid.length), "spacing": float(grid.spacing)},
         frames=simulation.frames,
         attributes=attributes(simulation),
+        series_per_frame=simulation.series_per_frame,
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, require
-from mol_compactons.runtime.locks import open_netcdf
+from mol_compactons.runtime.netcdf import open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -93,7 +93,11 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-LOOKS = [["info"]] * 6 + [["track"]] * 4 + [["doctor"]] * 4 + [["run"]] * 4 + [["plot", "-o", "new.png", "--overwrite"]]
+RESUME = ["run", "-o", "damaged.nc", "--resume", "--quiet", "--stop", "WallClock(seconds=1)"]
+
+PLOT = ["plot", "-o", "new.png", "--overwrite"]
+
+LOOKS = [["info"]] * 6 + [["track"]] * 4 + [["doctor"]] * 4 + [["run"]] * 4 + [RESUME] * 3 + [PLOT]
 """Pictures take longest."""
 
 

@@ -68,7 +68,7 @@ def same(one: xr.Dataset, other: xr.Dataset) -> bool:
 
 
 def names(simulation: Simulation) -> str:
-    return repr(simulation.integrator)
+    return f"{simulation.integrator!r} {simulation.series_per_frame}"
 
 
 @pytest.mark.parametrize("simulation", EXACT, ids=names)
@@ -88,7 +88,11 @@ def test_five_and_five_are_ten(simulation: Simulation, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize("simulation", [*EXACT[:4], EXACT[6], CHAIN], ids=names)
+@pytest.mark.parametrize(
+    "simulation",
+    [*EXACT[:4], EXACT[6], CHAIN, *(replace(one, series_per_frame=3) for one in (EXACT[0], EXACT[2], CHAIN))],
+    ids=names,
+)
 @pytest.mark.parametrize("after", [0.35, 0.95])
 def test_what_was_interrupted_between_two_frames_goes_on_as_if_it_had_not_been(
     simulation: Simulation, after: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

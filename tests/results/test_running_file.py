@@ -25,7 +25,7 @@ FRAMES = st.lists(arrays(float, (2, SIZE), elements=st.floats(allow_nan=False)),
 def filled(path: Path, frames: list[Array]) -> RunningFile:
     file = RunningFile(path, layout())
     for index, frame in enumerate(frames):
-        file.append(0.5 * index, [float(index), -1.0], frame)
+        file.append(frame, [(0.5 * index, float(index), -1.0)])
     return file
 
 
@@ -41,9 +41,10 @@ def test_plain_xarray_reads_what_was_written_and_so_does_it(frames: list[Array],
             assert np.array_equal(dataset.v, [frame[1] for frame in frames])
             assert dataset.mass.values.tolist() == list(range(len(frames)))
             assert dataset.x.values.tolist() == layout().coordinates.tolist()
-        t, series, fields = file.rows(1, len(frames) - 1)
-        assert t.tolist() == [0.5 * index for index in range(1, len(frames))]
-        assert np.array_equal(series[1], -np.ones(len(frames) - 1))
+        series, often, fields = file.rows(1, len(frames) - 1)
+        assert series[0].tolist() == [0.5 * index for index in range(1, len(frames))]
+        assert np.array_equal(series[2], -np.ones(len(frames) - 1))
+        assert often.size == 0
         assert np.array_equal(fields.swapaxes(0, 1), frames[1:]) or len(frames) == 1
         file.close()
 
@@ -108,11 +109,11 @@ from mol_compactons.results.running_file import RunningFile
 from tests.results.test_recorder import SIZE, layout
 file = RunningFile(Path(sys.argv[1]), layout())
 for index in range(3):
-    file.append(float(index), [0.0, 0.0], np.full((2, SIZE), index))
+    file.append(np.full((2, SIZE), index), [(float(index), 0.0, 0.0)])
 file.sync()
 resource.setrlimit(resource.RLIMIT_FSIZE, (file.size + 50, resource.RLIM_INFINITY))
 for index in range(3, 5):
-    file.append(float(index), [0.0, 0.0], np.full((2, SIZE), index))
+    file.append(np.full((2, SIZE), index), [(float(index), 0.0, 0.0)])
 try:
     file.sync()
 except OSError as error:

@@ -6,15 +6,19 @@ import multiprocessing
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
+from dask.base import compute
+from dask.delayed import delayed
 
 from mol_compactons import IDA, Compacton, IntegrationError, Midpoint, Rosenbrock, Simulation, open_result, run
-from tests.systems import one_compacton
+from tests.systems import Array, one_compacton
 
 SIMULATIONS = [
     one_compacton(t_end=0.3, frames=4, integrator=Rosenbrock()),
@@ -27,7 +31,10 @@ FAILING = one_compacton(t_end=2, frames=21, integrator=IDA(max_steps=10))
 
 
 def side_by_side(folder: Path, rounds: int) -> None:
-    """Each simulation in a thread of its own, again and again, and two that read what is there."""
+    """Each simulation in a thread of its own, again and again, and two that read what is there, one of them by plain xarray.
+
+    One, as xarray asks netCDF4 for the variables of a file without a lock: two such readers crash each other.
+    """
     expected = [run(simulation).W.values for simulation in SIMULATIONS]
     wrong: list[str] = []
     over = threading.Event()
@@ -41,18 +48,18 @@ def side_by_side(folder: Path, rounds: int) -> None:
             except Exception as error:
                 wrong.append(f"{index}-{turn}: {error!r}")
 
-    def read() -> None:
+    def read(opened: Callable[[Path], xr.Dataset]) -> None:
         while not over.is_set():
             for path in sorted(folder.glob("[0-9]*.nc")):
                 try:
-                    with open_result(path) as dataset:
+                    with opened(path) as dataset:
                         if not np.isfinite(dataset.load().W).all():
                             wrong.append(f"{path.name} has gaps")
                 except Exception as error:
                     wrong.append(f"{path.name}: {error!r}")
 
     writers = [threading.Thread(target=write, args=(index,)) for index in range(len(SIMULATIONS))]
-    readers = [threading.Thread(target=read) for _ in range(2)]
+    readers = [threading.Thread(target=read, args=(opened,)) for opened in (open_result, xr.open_dataset)]
     for thread in (*writers, *readers):
         thread.start()
     for thread in writers:
@@ -64,17 +71,38 @@ def side_by_side(folder: Path, rounds: int) -> None:
     assert len(list(folder.glob("*.nc"))) == rounds * len(SIMULATIONS)
 
 
+def tasks_of_dask(folder: Path, rounds: int) -> None:
+    """Runs and readers of what they wrote as tasks of Dask's threads."""
+
+    @delayed  # type: ignore[untyped-decorator]
+    def write(index: int, turn: int) -> Path:
+        path = folder / f"{index}-{turn}.nc"
+        run(SIMULATIONS[index], path).close()
+        return path
+
+    @delayed  # type: ignore[untyped-decorator]
+    def read(path: Path) -> Array:
+        with open_result(path) as dataset:
+            return np.asarray(dataset.W.values)
+
+    expected = [run(simulation).W.values for simulation in SIMULATIONS]
+    tasks = [read(write(index, turn)) for turn in range(rounds) for index in range(4)]
+    found = compute(*tasks, scheduler="threads", num_workers=4)  # type: ignore[no-untyped-call]
+    assert [np.array_equal(one, expected[index % 4]) for index, one in enumerate(found)] == [True] * (4 * rounds)
+
+
 PROGRAM = """
 import sys, pathlib
-from tests.survival.test_threads import side_by_side
-side_by_side(pathlib.Path(sys.argv[1]), {rounds})
+from tests.survival import test_threads
+test_threads.{work}(pathlib.Path(sys.argv[1]), {rounds})
 """
 
 
+@pytest.mark.parametrize("work", [side_by_side, tasks_of_dask], ids=lambda work: str(work.__name__))
 @pytest.mark.parametrize("rounds", [4, pytest.param(50, marks=pytest.mark.slow)])
-def test_runs_in_threads_are_those_of_one(rounds: int, tmp_path: Path) -> None:
+def test_runs_in_threads_are_those_of_one(rounds: int, work: Callable[[Path, int], None], tmp_path: Path) -> None:
     """In a process of its own, whose crash would be seen."""
-    command = [sys.executable, "-c", PROGRAM.format(rounds=rounds), str(tmp_path)]
+    command = [sys.executable, "-c", PROGRAM.format(work=work.__name__, rounds=rounds), str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
 

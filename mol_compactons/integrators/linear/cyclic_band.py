@@ -31,6 +31,12 @@ Length = tuple[int, ...]
 NEGLIGIBLE = 1e-20
 """Fill below this, relative to the largest entry of the matrix, is dropped."""
 
+FAINT = 1e-250
+"""A solution that has faded below this is zero from there on: it would end in subnormal numbers, whose arithmetic is slow."""
+
+LOOKS = 32
+"""After how many unknowns it is looked whether the solution has faded; a power of two."""
+
 LARGEST_GROWTH = 1e3
 """How large an entry of L times one of U may be, relative to the largest entry of the matrix."""
 
@@ -238,6 +244,8 @@ def _solve_with_lower(rows: Array, below: Array, half: Length, edge: Length, hea
             total -= row[k] * work[i + k]
         value = total - row[width - 1] * value
         work[width + i] = value
+        if i & (LOOKS - 1) == 0 and _has_faded(work[i + 1 : width + i + 1]):
+            value = 0.0
         if i < head or i >= inner - width:
             for s in range(border):
                 end[s] -= below[width + i, s] * value
@@ -259,3 +267,15 @@ def _solve_with_upper(rows: Array, right: Array, half: Length, edge: Length, hea
             total -= row[width + 1 + q] * work[width + i + 1 + q]
         value = total - row[width + 1] * value
         work[width + i] = value
+        if i & (LOOKS - 1) == 0 and _has_faded(work[width + i : 2 * width + i]):
+            value = 0.0
+
+
+@compiled
+def _has_faded(latest: Array) -> bool:
+    """Whether all of the latest entries of a solution are faint; then they become zero."""
+    for value in latest:
+        if abs(value) >= FAINT:
+            return False
+    latest[:] = 0.0
+    return True

@@ -1,0 +1,82 @@
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from mol_compactons import run
+from mol_compactons.runtime.netcdf import open_netcdf
+from tests.systems import one_compacton
+
+FORMATS: dict[str, tuple[str, str]] = {
+    "scipy": ("netcdf4", "NETCDF3_64BIT"),
+    "scipy, small": ("netcdf4", "NETCDF3_CLASSIC"),
+    "h5netcdf": ("netcdf4", "NETCDF4"),
+    "h5netcdf, its own": ("h5netcdf", "NETCDF4"),
+}
+
+
+@pytest.mark.parametrize(("engine", "form"), FORMATS.values(), ids=FORMATS)
+def test_every_format_reads_as_by_xarray(engine: Any, form: Any, tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    xr.Dataset({"a": ("x", np.arange(5.0))}, attrs={"title": "näh"}).to_netcdf(path, engine=engine, format=form)
+    with open_netcdf(path) as dataset, xr.open_dataset(path) as plain:
+        xr.testing.assert_identical(dataset, plain)
+        assert float(pickle.loads(pickle.dumps(dataset)).a.sum()) == 10
+
+
+def test_a_format_of_others_is_read_too(tmp_path: Path) -> None:
+    import netCDF4
+
+    with netCDF4.Dataset(tmp_path / "a.nc", "w", format="NETCDF3_64BIT_DATA") as file:
+        file.createDimension("x", 3)
+        file.createVariable("a", "f8", ("x",))[:] = [1, 2, 4]
+    assert open_netcdf(tmp_path / "a.nc").a.values.tolist() == [1, 2, 4]
+
+
+def test_what_is_not_there_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="No such file"):
+        open_netcdf(tmp_path / "nothing.nc")
+    for form in ("NETCDF3_64BIT", "NETCDF4"):
+        xr.Dataset({"a": ("x", np.arange(5.0))}).to_netcdf(tmp_path / "a.nc", format=form)
+        with pytest.raises(OSError, match=r"group"):
+            open_netcdf(tmp_path / "a.nc", group="nothing")
+
+
+PROGRAM = """
+import sys
+from dataclasses import replace
+from pathlib import Path
+from mol_compactons import open_result, run
+from tests.systems import one_compacton
+path = Path(sys.argv[1])
+run(one_compacton(t_end=0.3, frames=4), path).load()
+open_result(path).load()
+run(one_compacton(t_end=0.6, frames=7), path, resume=True).load()
+print("netCDF4" in sys.modules)
+"""
+
+
+def test_a_run_and_its_reading_never_call_netcdf4(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM, str(tmp_path / "a.nc")], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
+
+
+def test_texts_are_the_characters_that_every_reader_of_netcdf_knows(tmp_path: Path) -> None:
+    import netCDF4
+
+    run(replace(one_compacton(t_end=0.3, frames=4), title="näh"), tmp_path / "a.nc").close()
+    with netCDF4.Dataset(tmp_path / "a.nc") as file:
+        assert file.title.startswith("näh: ")
+        assert (file["t"].units, file["W"].units, file.solver_first_warning) == ("1", "1", "")
+        assert np.isnan(file["W"]._FillValue)
+    with xr.open_dataset(tmp_path / "a.nc") as plain, xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as other:
+        xr.testing.assert_identical(plain, other)
+        assert plain.encoding["unlimited_dims"] == {"t"}
