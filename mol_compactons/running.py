@@ -107,6 +107,8 @@ def run(
 
         earlier = look_for_earlier(target, simulation)
         if earlier.is_enough:
+            if not keep_checkpoints:  # a kill may have come before this
+                checkpoint.discard(target)
             return earlier.dataset
         course = _going_on(earlier, target, stop)
     else:

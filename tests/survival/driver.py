@@ -1,6 +1,7 @@
 """Kills runs at chosen calls that change files, looks at what is left, and lets them go on; started with faults.c loaded.
 
-Each trial is a fork, so that nothing is imported twice. Prints one line of JSON for each simulation.
+Each trial is a fork, so that nothing is imported twice. With a stride of 0 the kills come at random times. Prints one line of
+JSON for each simulation.
 """
 
 from __future__ import annotations
@@ -8,7 +9,9 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import signal
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -51,6 +54,9 @@ SIMULATIONS = {
     "Symplectic": CHAIN,
 }
 
+RANDOM_KILLS = 7
+"""How many for each simulation."""
+
 MOMENTS = ("before", "middle", "after")
 
 
@@ -74,15 +80,22 @@ class Trials:
 
     def calls(self) -> int:
         """How many calls an undisturbed run makes."""
+        self._clear()
         self._run(0, 0)
         return self._counted
 
     def kill(self, at: int, moment: int) -> None:
         """One trial: kill, look, go on, compare."""
         self._clear()
-        synced = self._run(at, moment)
+        self._look_at_what_is_left(self._run(at, moment), f"{MOMENTS[moment]} call {at}")
+
+    def kill_after(self, seconds: float) -> None:
+        """One trial at a time by the clock."""
+        self._clear()
+        self._look_at_what_is_left(self._run(0, 0, seconds), f"after {seconds:.4f} s")
+
+    def _look_at_what_is_left(self, synced: int, where: str) -> None:
         self.trials += 1
-        where = f"{MOMENTS[moment]} call {at}"
         try:
             if self._path.exists():
                 with xr.open_dataset(self._path) as left:
@@ -113,7 +126,7 @@ class Trials:
             size = float(abs(self.exact[name]).max())
             assert float(abs(done[name] - self.exact[name]).max()) <= bar * size, name
 
-    def _run(self, at: int, moment: int) -> int:
+    def _run(self, at: int, moment: int, seconds: float | None = None) -> int:
         """A run in a process of its own, from the start or from what is there; how many frames it knew to be safe."""
         readable, writable = os.pipe()
         child = os.fork()
@@ -121,6 +134,9 @@ class Trials:
             os.close(readable)
             self._in_the_child(at, moment, writable)
         os.close(writable)
+        if seconds is not None:
+            time.sleep(seconds)
+            os.kill(child, signal.SIGKILL)
         with os.fdopen(readable) as told:
             lines = [line.split() for line in told.read().splitlines()]
         os.waitpid(child, 0)
@@ -149,15 +165,22 @@ class Trials:
 
 
 def main(folder: Path, stride: int, names: list[str]) -> None:
-    """Try each simulation at every `stride`-th call, and at each moment of it."""
+    """Try each simulation at every `stride`-th call, and at each moment of it, or at random times."""
     for name in names:
         place = folder / name
         place.mkdir()
         trials = Trials(SIMULATIONS[name], place)
         calls = trials.calls()
-        for at in range(1, calls + 1, stride):
-            for moment in range(len(MOMENTS)):
-                trials.kill(at, moment)
+        if stride:
+            for at in range(1, calls + 1, stride):
+                for moment in range(len(MOMENTS)):
+                    trials.kill(at, moment)
+        else:
+            chance, began = np.random.default_rng(0), time.perf_counter()
+            trials.calls()
+            whole = time.perf_counter() - began
+            for _ in range(RANDOM_KILLS):
+                trials.kill_after(chance.uniform(0, whole))
         print(json.dumps({"name": name, "calls": calls, "trials": trials.trials, "faults": trials.faults}), flush=True)
 
 

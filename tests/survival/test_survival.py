@@ -48,7 +48,17 @@ def test_a_kill_at_a_write_loses_no_frame_that_was_safe(name: str, stride: int, 
     assert int(str(found["trials"])) > 8
 
 
+NAMES = ["Midpoint", "Symplectic", "Rosenbrock", "GaussLegendre", "IDA", "CVODE"]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["Midpoint", "Symplectic", "Rosenbrock", "GaussLegendre", "IDA", "CVODE"])
+def test_random_kills_lose_no_frame_that_was_safe(faults: Path, tmp_path: Path) -> None:
+    found = outcomes(faults, tmp_path, 0, *NAMES)
+    assert [found[name]["faults"] for name in NAMES] == [[]] * len(NAMES)
+    assert sum(int(str(one["trials"])) for one in found.values()) >= 40
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
 def test_a_kill_at_any_write_loses_no_frame_that_was_safe(name: str, faults: Path, tmp_path: Path) -> None:
     assert outcomes(faults, tmp_path, 1, name)[name]["faults"] == []
