@@ -18,7 +18,7 @@ from mol_compactons.results.places import check_target, leftovers, new_part, syn
 from mol_compactons.results.recorder import Between, Watch, in_one_row
 from mol_compactons.results.running_file import RunningFile, is_claimed
 from mol_compactons.results.schema import COMPLETE, SERIES_TIME, Layout, describe
-from mol_compactons.runtime.netcdf import open_netcdf
+from mol_compactons.runtime.netcdf import new_netcdf, open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -252,11 +252,9 @@ def _compress(
     file: RunningFile, part: Path, layout: Layout, attributes: dict[str, Any], memory: Memory | None, watch: Watch
 ) -> None:
     """Write what a running file holds as compressed NetCDF-4, block by block."""
-    import h5netcdf
-
     rows = max(1, min(CHUNK_BYTES // (8 * layout.coordinates.size), file.frames))
     parts = layout.series_per_frame
-    with h5netcdf.File(part, "w") as target:
+    with new_netcdf(part) as target:
         _lay_out(target, layout, attributes, rows)
         _remember(target, memory or {})
         target.resize_dimension("t", file.frames)

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mol_compactons.errors import InputError, require
-from mol_compactons.results.places import why, written_whole
+from mol_compactons.results.places import written_whole
 from mol_compactons.results.recorder import in_one_row
 from mol_compactons.results.running_file import is_claimed
-from mol_compactons.runtime.netcdf import open_netcdf
+from mol_compactons.runtime.netcdf import new_netcdf, open_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,9 +70,14 @@ def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
     InputError
         If it cannot be written.
     """
-    path = Path(path)
-    try:
-        with written_whole(path) as part:
-            tree.to_netcdf(part, engine="h5netcdf")
-    except (AttributeError, KeyError) as error:  # what is left of HDF5 where the disk is full
-        raise InputError(f"{path} cannot be written: {why(error, path.parent)}.") from None
+    import xarray
+    from xarray.backends import H5NetCDFStore
+
+    nodes = (
+        {node.path: node.to_dataset(inherit=False) for node in tree.subtree}
+        if isinstance(tree, xarray.DataTree)
+        else {"/": tree}
+    )
+    with written_whole(Path(path)) as part, new_netcdf(part) as file:
+        for place, dataset in nodes.items():
+            dataset.dump_to_store(H5NetCDFStore(file if place == "/" else file.create_group(place)))

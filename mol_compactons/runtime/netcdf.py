@@ -1,4 +1,4 @@
-"""Opening NetCDF files without the library that netCDF4 brings, which is not safe in threads.
+"""Opening and writing NetCDF files without the library that netCDF4 brings, which is not safe in threads.
 
 Results are read and written by scipy (the classic format) and by h5netcdf (NetCDF-4), whose HDF5 is called by one thread at a
 time. So a run in one thread never meets whatever another thread does with netCDF4, plain xarray included.
@@ -6,9 +6,13 @@ time. So a run in one thread never meets whatever another thread does with netCD
 
 from __future__ import annotations
 
+import io
+import os
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,3 +42,71 @@ def open_netcdf(path: Path, group: str | None = None, decode_cf: bool = True) ->
         return xr.open_dataset(path, engine=engine, decode_cf=decode_cf, **own)  # type: ignore[arg-type]
     with _OTHERS, xr.open_dataset(path, group=group, decode_cf=decode_cf) as dataset:
         return dataset.load()
+
+
+@contextmanager
+def new_netcdf(path: Path) -> Iterator[Any]:
+    """A new NetCDF-4 file, an `h5netcdf.File`, closed at the end.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    import h5netcdf
+
+    target = _Target(path)
+    try:
+        with h5netcdf.File(target, "w") as file:
+            yield file
+    finally:
+        target.close()
+    if target.error:
+        raise target.error
+
+
+class _Target(io.RawIOBase):
+    """What HDF5 takes for a file, and that never fails: HDF5, where a write fails, crashes when the process ends.
+
+    After the first failure, which is kept as `error`, nothing more is written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self._file = path.open("xb+", buffering=0)
+        self.error: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        """Write all of it at the current place."""
+        rest = memoryview(content)
+        try:
+            while rest and not self.error:
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            self.error = error
+        return len(content)
+
+    def readinto(self, room: Any) -> int:
+        """Read from the current place."""
+        return self._file.readinto(room) or 0
+
+    def seek(self, place: int, whence: int = os.SEEK_SET) -> int:
+        """Go to a place."""
+        return self._file.seek(place, whence)
+
+    def tell(self) -> int:
+        """The current place."""
+        return self._file.tell()
+
+    def truncate(self, size: int | None = None) -> int:
+        """Make the file as long as that."""
+        try:
+            return self._file.truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+        super().close()

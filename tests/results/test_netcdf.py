@@ -14,6 +14,7 @@ from mol_compactons.assignment import assign
 from mol_compactons.cli import scenarios
 from mol_compactons.integrators import IDA
 from mol_compactons.results.opening import open_result, status_of
+from mol_compactons.results.running_file import COUNT_PLACE, COUNT_SIZE
 from tests.systems import one_compacton
 
 
@@ -59,12 +60,17 @@ def test_plain_xarray_reads_every_scenario_without_this_package(tmp_path: Path) 
         assert {"t", simulation.grid.dimension, "energy", *simulation.equation.variables} <= set(line.split())
 
 
+def frames_counted(path: Path) -> int:
+    with path.open("rb") as file:
+        return int.from_bytes(file.read(COUNT_PLACE + COUNT_SIZE)[COUNT_PLACE:], "big")
+
+
 def start_long_run(path: Path, size: int) -> subprocess.Popen[bytes]:
-    """A run far too long for a test, in a process of its own, once its file has grown to some size."""
+    """A run far too long for a test, in a process of its own, once its file has grown to some size and counts two frames."""
     arguments = ["run", "single_compacton", "-o", str(path), "--quiet", "--set", "t_end=1000", "--set", "frames=20001"]
     process = subprocess.Popen([sys.executable, "-m", "mol_compactons", *arguments], stderr=subprocess.PIPE)
     deadline = time.monotonic() + 120
-    while not (path.exists() and path.stat().st_size > size):
+    while not (path.exists() and path.stat().st_size > size and frames_counted(path) > 1):
         assert process.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.05)
