@@ -21,9 +21,6 @@ from mol_compactons.cli import scenarios
 from mol_compactons.studies.convergence import converge
 from tests.systems import relative_error
 
-pytestmark = pytest.mark.xdist_group("scenarios")
-"""One process for all, which runs each scenario once."""
-
 
 def test_the_example_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It runs as it stands, and follows both waves to the end."""

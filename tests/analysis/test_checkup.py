@@ -21,9 +21,6 @@ from mol_compactons.analysis.checkup import Case, Finding, check_up
 from mol_compactons.errors import InputError
 from tests.analysis.painted import painted
 
-pytestmark = pytest.mark.xdist_group("checkup")
-"""One process for all, which makes the sound run once."""
-
 SIMULATION = Simulation(
     equation=GranularCompacton(n=2),
     grid=Grid(length=40, size=400),
