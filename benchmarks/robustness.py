@@ -63,7 +63,7 @@ def collision(n: float, sign: int, order: Order, damping: tuple[Literal[4, 6], f
         initial=[Compacton(speed=1, center=fast), Compacton(speed=1 / 4, center=slow, sign=sign)],
         t_end=40,
         frames=41,
-        integrator=Rosenbrock(rtol=1e-4),
+        integrator=Rosenbrock(rtol=1e-4, max_steps=5_000),
     )
     return run(simulation)
 
