@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -60,6 +60,7 @@ def test_what_is_recorded_comes_back_bit_for_bit(frames: list[Array]) -> None:
     assert dataset.skewness.values.tolist() == list(range(len(frames)))
 
 
+@settings(max_examples=20)
 @given(FRAMES, st.integers(1, 4))
 def test_memory_and_file_hold_the_same(frames: list[Array], parts: int) -> None:
     with TemporaryDirectory() as folder:
@@ -74,6 +75,7 @@ def test_memory_and_file_hold_the_same(frames: list[Array], parts: int) -> None:
         assert memory.mass_series.dims == ("t_series",)
 
 
+@settings(max_examples=20)
 @given(FRAMES, st.integers(2, 4), st.integers(0, 4))
 def test_a_file_is_taken_over_from_memory_and_from_a_file(frames: list[Array], parts: int, kept: int) -> None:
     whole = recorded(MemoryRecorder(layout(parts)), frames)
