@@ -34,7 +34,7 @@ def by_recorder(path: Path, simulation: Simulation, states: list[Array]) -> None
     layout = layout_of(simulation, list(numbers), [], system.magnitudes(states[0]))
     recorder = NetCDFRecorder(layout, path, overwrite=False)
     for index, t in enumerate(simulation.times):
-        recorder.append(float(t), states[index % DIFFERENT], [[float(t), *numbers.values()]])
+        recorder.append(states[index % DIFFERENT], np.array([[t, *numbers.values()]]))
     recorder.close({"status": "complete"})
 
 

@@ -80,8 +80,8 @@ def run(
     Returns
     -------
     xarray.Dataset
-        The components (t, x), the conserved quantities (t), and in its attributes the simulation, the status and the
-        cost.
+        The components (t, x), the conserved quantities (t), also (t_series) where the simulation wants them more often, and in
+        its attributes the simulation, the status and the cost.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def run(
 
         earlier = look_for_earlier(target, simulation)
         if earlier.is_enough:
-            if not keep_checkpoints:  # a kill may have come before this
+            if earlier.keeps_itself and not keep_checkpoints:  # a kill may have come before this
                 checkpoint.discard(target)
             return earlier.dataset
         course = _going_on(earlier, target, stop)
@@ -200,7 +200,7 @@ class Course:
         self._watchers = watchers
         self._observe: Observe | None = None
         self._recorded = began.frames if began else 0
-        self._between = list(began.between) if began else []
+        self._between = began.between.tolist() if began else []
         self._latest: Memory = began.memory if began else {}
         self._t = began.t if began else 0.0
         self._seconds_before = began.seconds if began else 0.0
@@ -217,7 +217,7 @@ class Course:
     def record(self, t: float, state: Array) -> None:
         """Take a frame."""
         self._take_numbers(t, state)
-        self._recorder.append(t, state, self._between)
+        self._recorder.append(state, np.array(self._between))
         self._recorded += 1
         self._between = []
         self._show(t, state)
@@ -314,7 +314,7 @@ class Course:
             seconds=self._seconds,
             simulation=self._simulation.to_json(),
             source=source(),
-            between=self._between,
+            between=np.array(self._between),
         )
 
     @property
@@ -330,7 +330,7 @@ class Course:
             self._integration.close()
         attributes = cost_attributes(status or f"interrupted at t = {self._t:.6g}", self._integration.counters, self._seconds)
         # After a failure the integrator may stand in the middle of a step, which nothing can go on from.
-        memory = self._checkpoint().packed() if self._path is not None and not failure else None
+        memory = self._checkpoint().to_bytes() if self._path is not None and not failure else b""
         try:
             if memory and not done:
                 self._save(self._t)

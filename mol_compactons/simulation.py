@@ -27,7 +27,7 @@ from mol_compactons.waves.shapes import Uniform
 
 VISCOSITY_NAMES = ("viscosity", "grid viscosity")
 
-TAKEN = {"x", "k", "t", "t_series", "mass", "momentum", "energy"}
+TAKEN = {"x", "k", "t", "restart", "mass", "momentum", "energy"}
 """What else a result holds, so that no variable may be called so."""
 
 LONGEST_FIELD = 40
@@ -161,10 +161,13 @@ class Simulation(Settings):
     def _check_variables(self) -> None:
         """An equation of the user's own may call its variables anything."""
         names, kind = self.equation.variables, type(self.equation).__name__
-        allowed = isinstance(names, tuple) and all(isinstance(name, str) and name.isidentifier() for name in names)
+        allowed = isinstance(names, tuple) and all(
+            isinstance(name, str) and name.isidentifier() and not name.endswith("_series") for name in names
+        )
         require(
             allowed and len(set(names)) == len(names) and not set(names) & TAKEN,
-            f"{kind}.variables = {names!r} must be a tuple of different names, none of them {', '.join(sorted(TAKEN))}.",
+            f"{kind}.variables = {names!r} must be a tuple of different names, none of them {', '.join(sorted(TAKEN))}, "
+            "and none with _series at its end.",
         )
         count = 2 if self.equation.two_way else 1
         require(

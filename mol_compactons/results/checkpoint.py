@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mol_compactons.integrators.base import Counters, Memory
 from mol_compactons.results.places import beside, leftovers, written_whole
@@ -16,8 +17,8 @@ from mol_compactons.results.places import beside, leftovers, written_whole
 KEPT = 2
 """How many checkpoints are kept, the last ones."""
 
-ABOUT = "about"
-"""The entry of a checkpoint that is text."""
+ABOUT, BETWEEN = "_about", "_between"
+"""The entries beside the memory: all numbers and texts as JSON, and what was recorded since the last frame."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Checkpoint:
         Its settings as JSON.
     source : str
         The program and the libraries, with their versions.
-    between : list
+    between : array, shape (times, 1 + numbers)
         What was recorded more often than the fields since the last of these frames, see `Layout.block`.
     """
 
@@ -51,21 +52,28 @@ class Checkpoint:
     seconds: float
     simulation: str
     source: str
-    between: list[list[float]] = field(default_factory=list)
+    between: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 0)))
 
     def about(self) -> str:
-        """All but the memory, as JSON."""
-        return json.dumps({name: value for name, value in asdict(self).items() if name != "memory"})
+        """All but the arrays, as JSON."""
+        return json.dumps({name: value for name, value in asdict(self).items() if name not in ("memory", "between")})
 
-    def packed(self) -> Memory:
-        """The memory with all else beside it, as arrays."""
-        return self.memory | {ABOUT: np.array(self.about())}
+    def to_bytes(self) -> bytes:
+        """The content of a file of numpy (npz)."""
+        content = io.BytesIO()
+        np.savez(content, **self.memory, **{ABOUT: np.array(self.about()), BETWEEN: self.between})  # type: ignore[arg-type]
+        return content.getvalue()
 
     @classmethod
-    def restored(cls, about: str, memory: Memory) -> Checkpoint:
-        """The inverse of `about`."""
-        values = json.loads(about)
-        return cls(**values | {"counters": Counters(**values["counters"]), "memory": memory})
+    def from_bytes(cls, content: bytes) -> Checkpoint | None:
+        """The inverse of `to_bytes`; None where the content is not whole."""
+        try:
+            with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+            values, between = json.loads(str(arrays.pop(ABOUT))), arrays.pop(BETWEEN)
+            return cls(**values | {"counters": Counters(**values["counters"])}, memory=arrays, between=between)
+        except Exception:  # a damaged archive fails in as many ways as it can be damaged
+            return None
 
 
 def places(path: Path) -> list[Path]:
@@ -81,10 +89,8 @@ def save(path: Path, number: int, checkpoint: Checkpoint) -> None:
     InputError
         If it cannot be written.
     """
-    content = io.BytesIO()
-    np.savez(content, **checkpoint.packed())  # type: ignore[arg-type]
     with written_whole(places(path)[number % KEPT]) as part:
-        part.write_bytes(content.getvalue())
+        part.write_bytes(checkpoint.to_bytes())
 
 
 def last(path: Path) -> Checkpoint | None:
@@ -95,10 +101,8 @@ def last(path: Path) -> Checkpoint | None:
 
 def _read(place: Path) -> Checkpoint | None:
     try:
-        with np.load(io.BytesIO(place.read_bytes()), allow_pickle=False) as archive:
-            memory = {name: archive[name] for name in archive.files if name != ABOUT}
-            return Checkpoint.restored(str(archive[ABOUT]), memory)
-    except Exception:  # a damaged archive fails in as many ways as it can be damaged
+        return Checkpoint.from_bytes(place.read_bytes())
+    except OSError:
         return None
 
 

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, IntegrationError, require
-from mol_compactons.integrators.base import Memory
 from mol_compactons.results.places import check_target, leftovers, new_part, sync_folder, why, written_whole
-from mol_compactons.results.recorder import Between, Watch, in_one_row
+from mol_compactons.results.recorder import Watch, in_one_row
 from mol_compactons.results.running_file import RunningFile, is_claimed
 from mol_compactons.results.schema import COMPLETE, SERIES_TIME, Layout, describe
 from mol_compactons.runtime.netcdf import new_netcdf, open_netcdf
@@ -23,8 +22,8 @@ from mol_compactons.runtime.netcdf import new_netcdf, open_netcdf
 if TYPE_CHECKING:
     import xarray as xr
 
-RESTART = "restart"
-"""The group of a result that holds what its integrator needs to go on beyond its end."""
+RESTART, CHECKPOINT = "restart", "checkpoint"
+"""The group of a result, and the variable in it, that hold a checkpoint with which the run can go on beyond its end."""
 
 QUICK_BYTES = 2**25
 """A run that was interrupted leaves a longer file as it is, to end at once."""
@@ -76,10 +75,21 @@ class NetCDFRecorder:
 
     def take_over(self, dataset: xr.Dataset, frames: int) -> None:
         """Begin with the first frames of an earlier result, which may be the one that is to be replaced."""
+        try:
+            self._copy(dataset, frames)
+        except BaseException:
+            self._give_up()
+            raise
+        self._publish()
+
+    def _copy(self, dataset: xr.Dataset, frames: int) -> None:
+        parts = self.layout.series_per_frame
+        for name in (*self.layout.fields, *self.layout.series, *self.layout.often):
+            whole = name in dataset and (name not in self.layout.often or dataset[name].size > (frames - 1) * parts)
+            require(whole, f"{self._path} lacks {name}, or a part of it, to go on from; run again with --overwrite.")
         rows = max(1, CHUNK_BYTES // (8 * self.layout.coordinates.size))
         series = np.stack([dataset[name].values for name in ("t", *self.layout.series)], axis=1)
         often = np.stack([dataset[name].values for name in self.layout.often], axis=1) if self.layout.often else None
-        parts = self.layout.series_per_frame
         for first in range(0, frames, rows):
             block = dataset[list(self.layout.fields)].isel(t=slice(first, min(first + rows, frames))).load()
             fields = np.stack([block[name].values for name in self.layout.fields], axis=1)
@@ -89,11 +99,14 @@ class NetCDFRecorder:
                 self._file.append(state, between)
             with self._writing(float(block["t"].values[-1])):
                 self._file.sync()
-        self._publish()
 
-    def append(self, t: float, state: NDArray[np.float64], between: Between) -> None:
+    def _give_up(self) -> None:
+        self._file.close()
+        self._part.unlink(missing_ok=True)
+
+    def append(self, state: NDArray[np.float64], between: NDArray[np.float64]) -> None:
         """Add a frame; raises `IntegrationError` where the file cannot be written any further."""
-        self._t = t
+        self._t = t = float(between[-1][0])
         self._file.append(state, between)
         if self._file.due or self._file.frames == 0:
             self.sync(t)
@@ -120,8 +133,7 @@ class NetCDFRecorder:
             require(not is_claimed(self._path), f"Another run has begun to write {self._path}; choose another name.")
             self._take_the_name()
         except InputError:
-            self._file.close()
-            self._part.unlink(missing_ok=True)
+            self._give_up()
             raise
         self._published = True
         sync_folder(self._path.parent)
@@ -154,15 +166,15 @@ class NetCDFRecorder:
             reason = why(error, self._path.parent)
             raise IntegrationError(f"{self._path} cannot be written any further: {reason}.", t) from None
 
-    def close(self, attributes: dict[str, Any], memory: Memory | None = None, watch: Watch = lambda: None) -> bool:
+    def close(self, attributes: dict[str, Any], memory: bytes = b"", watch: Watch = lambda: None) -> bool:
         """End the recording: the file becomes compressed NetCDF-4, or stays as it is where there is no room for that.
 
         Parameters
         ----------
         attributes : dict
             Those of a run that has ended.
-        memory : dict of arrays, optional
-            What the integrator needs to go on from the end.
+        memory : bytes
+            A checkpoint with which the run can go on from the end.
         watch : callable
             Called between parts of the work; what it raises leaves the file as it is, with all its frames.
 
@@ -183,7 +195,7 @@ class NetCDFRecorder:
         finally:
             self._file.close()
 
-    def _end(self, attributes: dict[str, Any], memory: Memory | None, watch: Watch) -> bool:
+    def _end(self, attributes: dict[str, Any], memory: bytes, watch: Watch) -> bool:
         trouble = None
         try:
             self.sync(self._t)
@@ -248,15 +260,16 @@ def _name_once(part: Path, path: Path) -> None:
         part.unlink()
 
 
-def _compress(
-    file: RunningFile, part: Path, layout: Layout, attributes: dict[str, Any], memory: Memory | None, watch: Watch
-) -> None:
+def _compress(file: RunningFile, part: Path, layout: Layout, attributes: dict[str, Any], memory: bytes, watch: Watch) -> None:
     """Write what a running file holds as compressed NetCDF-4, block by block."""
     rows = max(1, min(CHUNK_BYTES // (8 * layout.coordinates.size), file.frames))
     parts = layout.series_per_frame
     with new_netcdf(part) as target:
         _lay_out(target, layout, attributes, rows)
-        _remember(target, memory or {})
+        if memory:
+            group = target.create_group(RESTART)
+            group.dimensions["byte"] = len(memory)
+            group.create_variable(CHECKPOINT, ("byte",), data=np.frombuffer(memory, "u1"))
         target.resize_dimension("t", file.frames)
         if layout.often:
             target.resize_dimension(SERIES_TIME, max((file.frames - 1) * parts + 1, 0))
@@ -275,6 +288,7 @@ def _compress(
 
 def _lay_out(target: Any, layout: Layout, attributes: dict[str, Any], rows: int) -> None:
     """The dimensions, variables and attributes of a result."""
+    parts = layout.series_per_frame
     _describe(target, layout.attributes | attributes)
     target.dimensions = {"t": None, layout.space: layout.coordinates.size}
     points = target.create_variable(layout.space, (layout.space,), data=layout.coordinates)
@@ -283,7 +297,7 @@ def _lay_out(target: Any, layout: Layout, attributes: dict[str, Any], rows: int)
         target.dimensions[SERIES_TIME] = None
     lines = [("t", "t", describe("t")), *(("t", *one) for one in layout.series.items())]
     for along, name, own in (*lines, *((SERIES_TIME, *one) for one in layout.often.items())):
-        length = min(layout.frames * layout.series_per_frame, 1024)
+        length = min(layout.frames * (parts if along == SERIES_TIME else 1), 1024)
         missing = None if name == along else np.nan
         _describe(target.create_variable(name, (along,), "f8", fillvalue=missing, chunks=(length,)), own)
     packed = {"chunks": (rows, layout.coordinates.size), "compression": "gzip", "compression_opts": 1, "shuffle": True}
@@ -302,20 +316,3 @@ def _describe(target: Any, attributes: dict[str, Any]) -> None:
             target.attrs[name] = np.array(content, string_dtype("utf-8", max(2, len(content))))
         else:
             target.attrs[name] = value
-
-
-def _remember(target: Any, memory: Memory) -> None:
-    """Store what the integrator needs to go on in a group of its own."""
-    if not memory:
-        return
-    group = target.create_group(RESTART)
-    single = {name: values for name, values in memory.items() if not values.ndim}
-    # A variable without dimensions that is called as one of the file's is taken for its coordinate.
-    _describe(group, {name: values.item() if values.dtype.kind == "U" else values[()] for name, values in single.items()})
-    for name, values in memory.items():
-        if name in single:
-            continue
-        dimensions = tuple(f"{name}_{axis}" for axis in range(values.ndim))
-        for dimension, length in zip(dimensions, values.shape, strict=True):
-            group.dimensions[dimension] = length
-        group.create_variable(name, dimensions, data=values)

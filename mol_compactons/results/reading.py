@@ -58,12 +58,12 @@ def conserved_names(dataset: xr.Dataset) -> list[str]:
 def conserved_along_t(dataset: xr.Dataset) -> xr.Dataset:
     """The conserved quantities along t, as often as they were recorded between the first and the last frame, in memory."""
     names = conserved_names(dataset)
-    if SERIES_TIME not in dataset.coords or not dataset.sizes["t"]:
+    often = [f"{name}_{SERIES}" for name in names]
+    if SERIES_TIME not in dataset.coords or not dataset.sizes["t"] or not set(often) <= set(dataset.data_vars):
         return dataset[[*names, "t"]].load().sortby("t")
-    often = dataset[[f"{name}_{SERIES}" for name in names]].load()
-    ends = dataset["t"].min(), dataset["t"].max()
-    often = often.isel({SERIES_TIME: ((often[SERIES_TIME] >= ends[0]) & (often[SERIES_TIME] <= ends[1])).values})
-    return often.rename({SERIES_TIME: "t"} | {f"{name}_{SERIES}": name for name in names})
+    series, ends = dataset[often].load(), (dataset["t"].min(), dataset["t"].max())
+    series = series.isel({SERIES_TIME: ((series[SERIES_TIME] >= ends[0]) & (series[SERIES_TIME] <= ends[1])).values})
+    return series.rename({SERIES_TIME: "t"} | dict(zip(often, names, strict=True)))
 
 
 def space_of(dataset: xr.Dataset) -> str:

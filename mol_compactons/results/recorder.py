@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.integrators.base import Memory
 from mol_compactons.results.schema import SERIES_TIME, Layout, describe
 
 if TYPE_CHECKING:
@@ -19,9 +18,6 @@ Array = NDArray[np.float64]
 
 PART = "part"
 """The dimension of what is recorded more often than the fields, from one frame to the next, while a file is written."""
-
-Between = Sequence[Sequence[float]] | Array
-"""The time and the numbers along it at one or several times, from one frame to the next; the last are those of the frame."""
 
 Watch = Callable[[], None]
 """Called now and then during long work; it may raise KeyboardInterrupt."""
@@ -34,8 +30,16 @@ class Recorder(Protocol):
     def layout(self) -> Layout:
         """What the result looks like."""
 
-    def append(self, t: float, state: NDArray[np.float64], between: Between) -> None:
-        """Add a frame, a state of shape (components, size), with the numbers along t up to it."""
+    def append(self, state: Array, between: Array) -> None:
+        """Add a frame.
+
+        Parameters
+        ----------
+        state : array, shape (components, size)
+            The fields.
+        between : array, shape (times, 1 + numbers)
+            The time and the series at one or several times since the frame before, the last those of this frame.
+        """
 
     @property
     def frames(self) -> int:
@@ -47,7 +51,7 @@ class Recorder(Protocol):
     def alive(self) -> None:
         """Show that the run goes on."""
 
-    def close(self, attributes: dict[str, Any], memory: Memory | None = None, watch: Watch = lambda: None) -> bool:
+    def close(self, attributes: dict[str, Any], memory: bytes = b"", watch: Watch = lambda: None) -> bool:
         """End the recording with the attributes of a run that has ended; whether what it needs to go on is in it too."""
 
     def dataset(self) -> xr.Dataset:
@@ -65,7 +69,7 @@ class MemoryRecorder:
         self._states = np.empty((layout.frames, len(layout.fields), layout.coordinates.size))
         self._often = np.empty((layout.frames, len(layout.often), layout.series_per_frame))
 
-    def append(self, t: float, state: NDArray[np.float64], between: Between) -> None:
+    def append(self, state: Array, between: Array) -> None:
         """Add a frame."""
         self._states[self.frames] = state
         self._numbers[self.frames] = between[-1]
@@ -78,7 +82,7 @@ class MemoryRecorder:
     def alive(self) -> None:
         """Nobody looks."""
 
-    def close(self, attributes: dict[str, Any], memory: Memory | None = None, watch: Watch = lambda: None) -> bool:
+    def close(self, attributes: dict[str, Any], memory: bytes = b"", watch: Watch = lambda: None) -> bool:
         """End the recording; nothing can go on from it."""
         self._attributes = self._attributes | attributes
         return False
@@ -110,4 +114,6 @@ def in_one_row(dataset: xr.Dataset) -> xr.Dataset:
         for name, variable in dataset.variables.items()
         if PART in variable.dims
     }
-    return dataset.drop_vars(list(rows)).assign_coords({SERIES_TIME: rows.pop(SERIES_TIME)}).assign(rows)
+    result = dataset.drop_vars(list(rows)).assign_coords({SERIES_TIME: rows.pop(SERIES_TIME)}).assign(rows)
+    result.set_close(dataset.close)
+    return result

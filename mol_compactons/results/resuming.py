@@ -15,7 +15,7 @@ from mol_compactons.integrators.base import Counters
 from mol_compactons.results import checkpoint
 from mol_compactons.results.checkpoint import Checkpoint
 from mol_compactons.results.form import check_form, reading
-from mol_compactons.results.netcdf import RESTART
+from mol_compactons.results.netcdf import CHECKPOINT, RESTART
 from mol_compactons.results.opening import open_result
 from mol_compactons.results.reading import field_names
 from mol_compactons.results.running_file import is_claimed
@@ -47,12 +47,15 @@ class Earlier:
         How many of its frames are whole and stand at the right times.
     checkpoint : Checkpoint or None
         Where its integrator was, no farther than the next frame; None where nothing is known but the frames.
+    keeps_itself : bool
+        Whether the result itself holds a checkpoint, so that none is needed beside it.
     """
 
     dataset: xr.Dataset
     simulation: Simulation
     frames: int
     checkpoint: Checkpoint | None
+    keeps_itself: bool
 
     @property
     def is_enough(self) -> bool:
@@ -84,10 +87,11 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
         with reading(path):
             frames = min(_whole_frames(dataset, simulation), simulation.frames)
         require(frames > 0, f"{path} holds no whole frame to go on from; run again with --overwrite.")
-        found = [checkpoint.last(path), _stored_memory(path)]
+        inside = _stored_memory(path)
+        found = [checkpoint.last(path), inside]
         usable = [one for one in found if one is not None and 0 < one.frames <= frames and _belongs(one, stored)]
         best = max(usable, key=lambda one: one.t, default=None)
-        return Earlier(dataset, simulation, best.frames if best else frames, best)
+        return Earlier(dataset, simulation, best.frames if best else frames, best, inside is not None)
     except BaseException:
         dataset.close()
         raise
@@ -143,12 +147,10 @@ def _stored_memory(path: Path) -> Checkpoint | None:
     """What a result that is complete keeps of its integrator."""
     try:
         group = open_netcdf(path, group=RESTART, decode_cf=False)
-    except (OSError, ValueError):  # it has no such group
+    except OSError:  # it has no such group
         return None
     with group:
-        memory = {str(name): np.asarray(value) for name, value in group.attrs.items()}
-        memory |= {str(name): variable.values for name, variable in group.variables.items()}
-        return Checkpoint.restored(str(memory.pop(checkpoint.ABOUT)), memory)
+        return Checkpoint.from_bytes(group[CHECKPOINT].values.tobytes()) if CHECKPOINT in group else None
 
 
 def from_last_frame(earlier: Earlier) -> Checkpoint:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.results.recorder import PART, Between
+from mol_compactons.results.recorder import PART
 from mol_compactons.results.schema import Layout, describe
 
 Array = NDArray[np.float64]
@@ -93,7 +93,7 @@ class RunningFile:
         """The number of the open file."""
         return self._file.fileno()
 
-    def append(self, state: Array, between: Between) -> None:
+    def append(self, state: Array, between: Array) -> None:
         """Add a frame; it is in the file after the next `sync`."""
         row = np.empty(self._row_size // 8, ">f8")
         row[: self._numbers] = between[-1]

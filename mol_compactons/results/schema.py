@@ -178,12 +178,12 @@ class Layout:
         numbers = {f"{name}_{SERIES}": own | {"role": f"{own['role']} {SERIES}"} for name, own in self.series.items()}
         return {SERIES_TIME: describe(SERIES_TIME), **numbers}
 
-    def block(self, between: Sequence[Sequence[float]] | NDArray[np.float64]) -> NDArray[np.float64]:
+    def block(self, between: NDArray[np.float64]) -> NDArray[np.float64]:
         """What is recorded more often, from one frame to the next, shape (of `often`, series_per_frame); NaN before the first.
 
         Parameters
         ----------
-        between : sequence
+        between : array, shape (times, 1 + numbers)
             The time and the series at each of these times, the last of which is that of the frame.
         """
         block = np.full((len(self.often), self.series_per_frame), np.nan)
@@ -215,8 +215,9 @@ def layout_of(
             f"{type(simulation.equation).__name__} gives a number along t the name {name!r}; choose one that no variable has.",
         )
         require(
-            not name.endswith(f"_{SERIES}"),
-            f"{type(simulation.equation).__name__} gives a number along t the name {name!r}; choose one without _{SERIES}.",
+            not name.endswith(f"_{SERIES}") and name != "restart",
+            f"{type(simulation.equation).__name__} gives a number along t the name {name!r}; choose one that is not 'restart' "
+            f"and does not end with _{SERIES}.",
         )
     grid = simulation.grid
     sizes = {name: {"magnitude": magnitude} for name, magnitude in (magnitudes or {}).items()}

@@ -28,15 +28,28 @@ def open_netcdf(path: Path, group: str | None = None, decode_cf: bool = True) ->
 
     Raises
     ------
-    OSError, ValueError
-        If it cannot be read, or has no such group. What the libraries raise for damaged files has no end.
+    OSError
+        If it cannot be read, or has no such group.
     """
-    import xarray as xr
-
     with path.open("rb") as file:
         engine = ENGINES.get(file.read(4))
+    try:
+        return _opened(path, engine, group, decode_cf)
+    except OSError:
+        raise
+    except Exception as error:  # what the libraries raise for damaged files has no end
+        raise OSError(f"{type(error).__name__}: {error}") from error
+
+
+def _opened(path: Path, engine: str | None, group: str | None, decode_cf: bool) -> xr.Dataset:
+    import h5py
+    import xarray as xr
+
     if engine == "scipy" and group is not None:
         raise OSError(f"{path} has no groups.")
+    if engine == "h5netcdf":
+        with h5py.File(path, "r") as file:  # where this fails, h5netcdf leaves an object that complains when it is forgotten
+            file.attrs.get("_nc3_strict")
     if engine:
         own = {} if group is None else {"group": group}
         return xr.open_dataset(path, engine=engine, decode_cf=decode_cf, **own)  # type: ignore[arg-type]
@@ -51,7 +64,7 @@ def new_netcdf(path: Path) -> Iterator[Any]:
     Raises
     ------
     OSError
-        If it cannot be written.
+        If it cannot be written; whatever else came up in a write, as KeyboardInterrupt, is raised at the end.
     """
     import h5netcdf
 
@@ -61,8 +74,8 @@ def new_netcdf(path: Path) -> Iterator[Any]:
             yield file
     finally:
         target.close()
-    if target.error:
-        raise target.error
+        if target.error:
+            raise target.error
 
 
 class _Target(io.RawIOBase):
@@ -74,7 +87,7 @@ class _Target(io.RawIOBase):
     def __init__(self, path: Path) -> None:
         super().__init__()
         self._file = path.open("xb+", buffering=0)
-        self.error: OSError | None = None
+        self.error: BaseException | None = None
 
     def write(self, content: Any) -> int:
         """Write all of it at the current place."""
@@ -82,8 +95,8 @@ class _Target(io.RawIOBase):
         try:
             while rest and not self.error:
                 rest = rest[self._file.write(rest) :]
-        except OSError as error:
-            self.error = error
+        except BaseException as error:
+            self.error = self.error or error
         return len(content)
 
     def readinto(self, room: Any) -> int:
@@ -102,7 +115,7 @@ class _Target(io.RawIOBase):
         """Make the file as long as that."""
         try:
             return self._file.truncate(size)
-        except OSError as error:
+        except BaseException as error:
             self.error = self.error or error
             return size or 0
 

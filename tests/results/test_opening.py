@@ -36,7 +36,7 @@ def test_who_runs_is_told_from_who_was_killed(tmp_path: Path) -> None:
     path = tmp_path / "a.nc"
     file = RunningFile(path, layout())
     for index in range(4):
-        file.append(np.zeros((2, SIZE)), [(0.5 * index, 0.0, 0.0)])
+        file.append(np.zeros((2, SIZE)), np.array([[0.5 * index, 0.0, 0.0]]))
     file.sync()
     with xr.open_dataset(path) as dataset:
         assert status_of(dataset, path) == "running"

@@ -43,7 +43,7 @@ def recorded(recorder: Recorder, frames: list[Array]) -> xr.Dataset:
     for index, frame in enumerate(frames):
         parts = range(recorder.layout.series_per_frame if index else 1)
         between = [(0.25 * (index - part / len(parts)), float(frame[0, 0]), float(index - part)) for part in reversed(parts)]
-        recorder.append(between[-1][0], frame, between)
+        recorder.append(frame, np.array(between))
     recorder.close({"status": "complete", "solver_steps": 3})
     return recorder.dataset()
 
@@ -92,9 +92,9 @@ def test_a_file_is_taken_over_from_memory_and_from_a_file(frames: list[Array], p
 def test_a_frame_is_kept_as_it_was() -> None:
     """The state that a run hands over is scratch space of its integrator."""
     recorder, state = MemoryRecorder(layout()), np.ones((2, SIZE))
-    recorder.append(0.0, state, [(0.0, 1.0, 0.0)])
+    recorder.append(state, np.array([[0.0, 1.0, 0.0]]))
     state[:] = 7.0
-    recorder.append(1.0, state, [(1.0, 7.0, 0.0)])
+    recorder.append(state, np.array([[1.0, 7.0, 0.0]]))
     assert recorder.dataset().S.values[:, 0].tolist() == [1.0, 7.0]
 
 
@@ -110,5 +110,5 @@ def test_attributes_of_the_end_replace_those_of_the_beginning() -> None:
 def test_a_number_that_is_missing_is_an_error_and_no_gap() -> None:
     recorder = MemoryRecorder(layout())
     with pytest.raises(ValueError, match="broadcast"):
-        recorder.append(0.0, np.ones((2, SIZE)), [(0.0, 1.0)])
+        recorder.append(np.ones((2, SIZE)), np.array([[0.0, 1.0]]))
     assert recorder.dataset().sizes["t"] == 0

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 import threading
 from dataclasses import replace
 from itertools import count
@@ -34,6 +33,7 @@ from mol_compactons import (
     run,
     running,
 )
+from mol_compactons.analysis.drift import drift
 from mol_compactons.integrators import CVODE, IDA, Integrator
 from mol_compactons.integrators.midpoint import MidpointIntegration
 from mol_compactons.results import checkpoint, running_file
@@ -306,7 +306,10 @@ def test_the_memory_of_a_result_is_hidden_from_plain_xarray(tmp_path: Path) -> N
     with xr.open_dataset(path) as dataset:
         assert set(dataset.variables) == {"t", "x", "W", "mass", "momentum", "energy"}
     with xr.open_dataset(path, group="restart") as group:
-        assert json.loads(group.attrs["about"])["frames"] == 6
+        kept = checkpoint.Checkpoint.from_bytes(group.checkpoint.values.tobytes())
+        assert kept is not None
+        assert kept.frames == 6
+        assert 1 <= kept.t < 1.2
 
 
 def test_the_old_result_stays_until_the_new_one_has_begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -359,3 +362,34 @@ def test_output_times_of_ones_own_go_on_too(simulation: Simulation, tmp_path: Pa
         assert same(done, run(longer))
     with pytest.raises(InputError, match="The output times differ from those of"):
         run(replace(simulation, output_times=[0, 0.2, 1, 5], t_end=5), path, resume=True)
+
+
+def test_a_finished_run_without_room_for_its_memory_keeps_the_checkpoint_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To go on with nothing left to do changes nothing of what comes after."""
+    path = tmp_path / "a.nc"
+
+    def full(*arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("mol_compactons.results.netcdf._compress", full)
+    run(EXACT[0], path).close()
+    monkeypatch.undo()
+    assert len(list(tmp_path.iterdir())) == 2
+    run(EXACT[0], path, resume=True).close()
+    with run(replace(EXACT[0], t_end=2), path, resume=True) as done:
+        assert same(done, run(EXACT[0].extended(2)))
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("lost", ["mass", "mass_series", "t_series"])
+def test_a_result_that_lost_a_part_of_its_numbers_is_refused_and_nothing_is_left(lost: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    simulation = replace(EXACT[0], series_per_frame=3)
+    run(simulation).drop_vars(lost).to_netcdf(path)
+    with pytest.raises(InputError, match=f"lacks {lost}, or a part of it, to go on from; run again with --overwrite"):
+        run(replace(simulation, t_end=2), path, resume=True)
+    assert list(tmp_path.iterdir()) == [path]
+    with xr.open_dataset(path) as left:
+        assert drift(left).energy.sizes["t"] == (16 if lost == "mass" else 6)

@@ -25,7 +25,7 @@ FRAMES = st.lists(arrays(float, (2, SIZE), elements=st.floats(allow_nan=False)),
 def filled(path: Path, frames: list[Array]) -> RunningFile:
     file = RunningFile(path, layout())
     for index, frame in enumerate(frames):
-        file.append(frame, [(0.5 * index, float(index), -1.0)])
+        file.append(frame, np.array([[0.5 * index, float(index), -1.0]]))
     return file
 
 
@@ -109,11 +109,11 @@ from mol_compactons.results.running_file import RunningFile
 from tests.results.test_recorder import SIZE, layout
 file = RunningFile(Path(sys.argv[1]), layout())
 for index in range(3):
-    file.append(np.full((2, SIZE), index), [(float(index), 0.0, 0.0)])
+    file.append(np.full((2, SIZE), index), np.array([[float(index), 0.0, 0.0]]))
 file.sync()
 resource.setrlimit(resource.RLIMIT_FSIZE, (file.size + 50, resource.RLIM_INFINITY))
 for index in range(3, 5):
-    file.append(np.full((2, SIZE), index), [(float(index), 0.0, 0.0)])
+    file.append(np.full((2, SIZE), index), np.array([[float(index), 0.0, 0.0]]))
 try:
     file.sync()
 except OSError as error:

@@ -4,6 +4,8 @@ import pickle
 import subprocess
 import sys
 from dataclasses import replace
+from io import FileIO
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import run
-from mol_compactons.runtime.netcdf import open_netcdf
+from mol_compactons.runtime.netcdf import _Target, new_netcdf, open_netcdf
 from tests.systems import one_compacton
 
 FORMATS: dict[str, tuple[str, str]] = {
@@ -53,6 +55,8 @@ def test_what_is_not_there_is_an_error(tmp_path: Path) -> None:
 PROGRAM = """
 import sys
 from dataclasses import replace
+from io import FileIO
+from itertools import count
 from pathlib import Path
 from mol_compactons import open_result, run
 from tests.systems import one_compacton
@@ -80,3 +84,54 @@ def test_texts_are_the_characters_that_every_reader_of_netcdf_knows(tmp_path: Pa
     with xr.open_dataset(tmp_path / "a.nc") as plain, xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as other:
         xr.testing.assert_identical(plain, other)
         assert plain.encoding["unlimited_dims"] == {"t"}
+
+
+@pytest.mark.parametrize("fault", [OSError(28, "No space left on device"), KeyboardInterrupt(), MemoryError()], ids=repr)
+@pytest.mark.parametrize("at", [1, 7, 40])
+def test_what_fails_in_a_write_is_raised_at_the_end(
+    fault: BaseException, at: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It goes through a library in C that knows no exceptions."""
+    calls = count(1)
+
+    class Failing(FileIO):
+        def write(self, content: Any) -> int:
+            if next(calls) == at:
+                raise fault
+            return super().write(content)
+
+    def replaced(self: _Target, path: Path) -> None:
+        begin(self, path)
+        self._file.close()
+        self._file = Failing(path, "rb+")
+
+    begin = _Target.__init__
+    monkeypatch.setattr(_Target, "__init__", replaced)
+
+    def write_much() -> None:
+        with new_netcdf(tmp_path / "a.nc") as file:
+            file.dimensions = {"x": 50_000}
+            for number in range(40):
+                file.create_variable(f"v{number}", ("x",), data=np.arange(50_000.0))
+
+    with pytest.raises(type(fault)):
+        write_much()
+    assert next(calls) > at
+
+
+def test_a_damaged_file_is_an_error_of_one_kind(tmp_path: Path) -> None:
+    chance = np.random.default_rng(0)
+    for form in ("NETCDF3_64BIT", "NETCDF4"):
+        xr.Dataset({"a": ("x", np.arange(5.0))}, attrs={"title": "a"}).to_netcdf(tmp_path / "a.nc", format=form)
+        whole = (tmp_path / "a.nc").read_bytes()
+        damaged, refused = tmp_path / "b.nc", 0
+        for _ in range(60):
+            content = bytearray(whole)
+            for place in chance.integers(4, len(content), len(content) // 100):
+                content[place] ^= int(chance.integers(1, 256))
+            damaged.write_bytes(content)
+            try:
+                open_netcdf(damaged).close()
+            except OSError:
+                refused += 1
+        assert refused > 5

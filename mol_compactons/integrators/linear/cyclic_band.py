@@ -275,7 +275,7 @@ def _solve_with_upper(rows: Array, right: Array, half: Length, edge: Length, hea
 def _has_faded(latest: Array) -> bool:
     """Whether all of the latest entries of a solution are faint; then they become zero."""
     for value in latest:
-        if abs(value) >= FAINT:
+        if not abs(value) < FAINT:
             return False
     latest[:] = 0.0
     return True

@@ -141,3 +141,33 @@ def test_it_refuses_growth_wherever_it_is(seed: int, reach: int, size: int, expo
     expected = growth(np.eye(size) - system.dense(identity - matrix), reach)
     assume(abs(np.log(expected / LARGEST_GROWTH)) > 1e-6)
     assert CyclicLU(system)._factor_as_cut(identity - matrix, 1.0) == (expected < LARGEST_GROWTH)
+
+
+@pytest.mark.parametrize("place", [0, 1, 31, 32, 63, 64, 95, 127, 150, 199])
+def test_a_nan_in_the_residual_stays_in_the_solution(place: int) -> None:
+    """It does not count as a solution that has faded."""
+    jacobian = random_jacobian(1, 1, 2, 200)
+    factors = CyclicLU(system_with(jacobian))
+    assert factors.factor(jacobian, 0.02)
+    residual = np.zeros((1, 200))
+    residual[0, place] = np.nan
+    solution = np.empty_like(residual)
+    factors.solve_into(residual, solution)
+    assert np.isnan(solution[0, place])
+
+
+def test_far_from_its_residual_a_solution_is_zero_and_no_subnormal_number() -> None:
+    size = 3000
+    jacobian = random_jacobian(3, 1, 2, size)
+    system = system_with(jacobian)
+    factors = CyclicLU(system)
+    assert factors.factor(jacobian, 0.02)
+    residual = np.zeros((1, size))
+    residual[0, size // 2] = 1.0
+    solution = np.empty_like(residual)
+    factors.solve_into(residual, solution)
+    exact = np.linalg.solve(np.eye(size) - 0.02 * system.dense(jacobian), residual.ravel())
+    assert np.abs(solution[0] - exact).max() < 1e-14
+    subnormal = (solution != 0) & (np.abs(solution) < np.finfo(float).tiny)
+    assert subnormal.sum() < 40
+    assert (solution == 0).sum() > size // 2
