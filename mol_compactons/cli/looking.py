@@ -159,23 +159,24 @@ def shown(part: Any) -> str:
 def _plot(options: argparse.Namespace) -> None:
     from mol_compactons.figures import convergence_overview, orbit_overview, overview
 
-    path = Path(options.output or Path(options.result).with_suffix(".png"))
-    with reading(options.result), open_result(Path(options.result)) as dataset:
+    result = Path(options.result)
+    with reading(result), open_result(result) as dataset:
+        path = Path(options.output or result.with_suffix(".png"))
         if "family" in dataset.attrs:
             check_target(path, options.overwrite)
-            with understanding(options.result, "study"), open_study(Path(options.result)) as tree:
+            with understanding(result, "study"), open_study(result) as tree:
                 figure = convergence_overview(tree)
             save(figure, path)
             return
         if "period" in dataset.attrs:
             check_target(path, options.overwrite)
-            with understanding(options.result, "orbit"):
+            with understanding(result, "orbit"):
                 figure = orbit_overview(dataset)
             save(figure, path)
             return
-        check_form(dataset, options.result)
+        check_form(dataset, result)
         if dataset.sizes["t"] < 2:
-            raise InputError(f"{options.result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
+            raise InputError(f"{result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
         check_target(path, options.overwrite)
         save(overview(dataset), path)
 

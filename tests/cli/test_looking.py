@@ -140,3 +140,10 @@ def test_track_tells_of_collisions_and_of_what_is_lost(capsys: pytest.CaptureFix
     assert len(lines) == 6
     assert [line.split()[:4] for line in lines[3:5]] == [["wave", "0", "is", "2.5"], ["wave", "1", "is", "-1.25"]]
     assert lines[5].startswith("Wave 0 is lost after t = 38.5")
+
+
+@pytest.mark.parametrize("command", ["info", "plot", "track", "doctor"])
+@pytest.mark.parametrize("name", [".", "..", "/", ""])
+def test_a_folder_is_no_result(command: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, name]) == 2
+    assert "There is no file " in capsys.readouterr().err
