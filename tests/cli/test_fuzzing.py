@@ -40,8 +40,8 @@ from mol_compactons.cli.speaking import LONGEST_SENTENCE
 from tests.cli.damage import WELL_FORMED, Damage, flip_bits, forge_simulation, truncate
 from tests.cli.hostile import QUICK, command_lines, other_lines
 
-PATIENCE = 20
-"""Seconds after which an input counts as one that hangs."""
+PATIENCE = 120
+"""Seconds after which an input counts as one that hangs; the first of its kind compiles."""
 
 
 class Hanging(Exception):  # noqa: N818
