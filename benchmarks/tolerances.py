@@ -188,16 +188,20 @@ def observed_order(errors: Sequence[float]) -> float:
 
 
 def problems(scheme: Scheme) -> Iterator[Problem]:
-    """The three waves of n = 3; the compact scheme without damping does not survive the last, whatever the integrator."""
+    """The three waves of n = 3; the compact scheme without damping does not survive the last, whatever the integrator.
+
+    The Fourier scheme without damping is for smooth waves: its ripples of an edge ask for a hundred times the steps.
+    """
     equation = GranularCompacton(3)
     integrator = CVODE(linear_solver="krylov") if isinstance(scheme, FourierScheme) else IDA()
 
     def problem(name: str, grid: Grid, waves: Sequence[Compacton | PeriodicWave], t_end: float) -> Problem:
         return Problem(name, Simulation(equation, grid, waves, t_end, scheme=scheme, integrator=integrator, frames=FRAMES))
 
-    yield problem("compacton", Grid(30, 80), [Compacton(1, 10)], 5)
+    if not isinstance(scheme, FourierScheme) or any(scheme.viscosities):
+        yield problem("compacton", Grid(30, 80), [Compacton(1, 10)], 5)
     yield problem("smooth", Grid(2 * np.pi, 32), [PeriodicWave(1, crest=float(np.sqrt(1.5)))], 2)
-    if not isinstance(scheme, CompactScheme) or any(scheme.viscosities):
+    if not isinstance(scheme, CompactScheme | FourierScheme) or any(scheme.viscosities):
         yield problem("collision", Grid(30, 80), [Compacton(2, 8), Compacton(0.5, 15)], 8)
 
 

@@ -16,7 +16,7 @@ from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
 from mol_compactons.cli.speaking import ListenerLostError, complain, remark
 from mol_compactons.cli.studies import add_converge, add_stability
-from mol_compactons.errors import InputError, IntegrationError
+from mol_compactons.errors import InputError, IntegrationError, shown
 from mol_compactons.runtime.compiled import announcing_compilation
 
 TRACEBACK = "MOL_COMPACTONS_TRACEBACK"
@@ -75,6 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK):
             raise
+        if isinstance(error, OSError) and error.filename is not None:
+            complain(f"{shown(error.filename)} cannot be used: {error.strerror}; choose another name or place.")
+            return 2
         complain(
             f"an error that was not foreseen ({type(error).__name__}: {error}); set {TRACEBACK}=1 to see where, and report it."
         )

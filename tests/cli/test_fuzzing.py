@@ -70,7 +70,7 @@ def insist_on_an_answer(arguments: list[str]) -> int:
             status = main(arguments)
         except SystemExit as leaving:
             status = leaving.code if isinstance(leaving.code, int) else 3
-    sentence = said.getvalue()
+    sentence = said.getvalue().rpartition("\r")[2]  # what a progress bar drew is gone
     assert status in (0, 1, 2), sentence
     assert sentence.count("\n") <= 1, sentence
     assert len(sentence.strip()) <= len("mol-compactons: ") + LONGEST_SENTENCE, sentence

@@ -171,3 +171,11 @@ def test_an_interrupt_is_status_130(
     monkeypatch.setattr(f"mol_compactons.cli.{place}", interrupted)
     assert main(arguments) == 130
     assert capfd.readouterr().err == f"mol-compactons: {words}\n"
+
+
+@pytest.mark.parametrize("command", ["run", "info", "plot", "track", "doctor", "orbit", "converge"])
+def test_a_name_longer_than_any_file_can_have(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([command, "n" * 5000]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(("mol-compactons: nnn", "mol-compactons: 'nnn"))
+    assert (told.count("\n"), len(told) < 450) == (1, True)
