@@ -227,7 +227,7 @@ def by_lammps(wave: SolitaryWave, size: int, t_end: float, step: float) -> tuple
 def schemes(folder: Path) -> None:
     """W5: one compacton, n = 3, t = 14: error against the exact solution for each of our schemes.
 
-    The tolerance of each is about a tenth of the error of its scheme, so that this is what is compared.
+    Each has a tolerance below the error of its scheme, which is what is compared.
     """
     base = replace(compacton_run((1,), (5.5,), 30, 600, 14), frames=2)
     rows = []

@@ -190,7 +190,7 @@ def observed_order(errors: Sequence[float]) -> float:
 def problems(scheme: Scheme) -> Iterator[Problem]:
     """The three waves of n = 3; the compact scheme without damping does not survive the last, whatever the integrator.
 
-    The Fourier scheme without damping is for smooth waves: its ripples of an edge ask for a hundred times the steps.
+    The Fourier scheme without damping is for smooth waves: with the ripples of an edge CVODE comes to its limit of steps.
     """
     equation = GranularCompacton(3)
     integrator = CVODE(linear_solver="krylov") if isinstance(scheme, FourierScheme) else IDA()

@@ -1,7 +1,8 @@
 """Opening and writing NetCDF files without the library that netCDF4 brings, which is not safe in threads.
 
 Results are read and written by scipy (the classic format) and by h5netcdf (NetCDF-4), whose HDF5 is called by one thread at a
-time. So a run in one thread never meets whatever another thread does with netCDF4, plain xarray included.
+time. So a run in one thread does not meet what another thread does with netCDF4, plain xarray included: in the wheels of PyPI
+h5py has an HDF5 of its own. Where a distribution gives both the same one, it has to be built safe in threads.
 """
 
 from __future__ import annotations
@@ -31,23 +32,30 @@ def open_netcdf(path: Path, group: str | None = None, decode_cf: bool = True) ->
     OSError
         If it cannot be read, or has no such group.
     """
-    with path.open("rb") as file:
-        engine = ENGINES.get(file.read(4))
+    engine = _engine_of(path)
     try:
         return _opened(path, engine, group, decode_cf)
-    except OSError:
-        raise
     except Exception as error:  # what the libraries raise for damaged files has no end
+        if _engine_of(path) != engine:  # a run that has just ended put its file in another format in place of this one
+            return open_netcdf(path, group, decode_cf)
+        if isinstance(error, OSError):
+            raise
         raise OSError(f"{type(error).__name__}: {error}") from error
 
 
+def _engine_of(path: Path) -> str | None:
+    with path.open("rb") as file:
+        return ENGINES.get(file.read(4))
+
+
 def _opened(path: Path, engine: str | None, group: str | None, decode_cf: bool) -> xr.Dataset:
-    import h5py
     import xarray as xr
 
     if engine == "scipy" and group is not None:
         raise OSError(f"{path} has no groups.")
     if engine == "h5netcdf":
+        import h5py
+
         with h5py.File(path, "r") as file:  # where this fails, h5netcdf leaves an object that complains when it is forgotten
             file.attrs.get("_nc3_strict")
     if engine:

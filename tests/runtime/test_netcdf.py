@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import run
+from mol_compactons.runtime import netcdf as runtime_netcdf
 from mol_compactons.runtime.netcdf import _Target, new_netcdf, open_netcdf
 from tests.systems import one_compacton
 
@@ -135,3 +136,23 @@ def test_a_damaged_file_is_an_error_of_one_kind(tmp_path: Path) -> None:
             except OSError:
                 refused += 1
         assert refused > 5
+
+
+def test_a_file_that_is_replaced_by_one_of_another_format_while_it_is_opened(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As by a run that ends just then."""
+    path, final = tmp_path / "a.nc", tmp_path / "final.nc"
+    xr.Dataset({"a": ("x", np.arange(3.0))}).to_netcdf(path, format="NETCDF3_64BIT")
+    xr.Dataset({"a": ("x", np.arange(5.0))}).to_netcdf(final, format="NETCDF4")
+    looked = runtime_netcdf._engine_of
+
+    def look_and_replace(path: Path) -> str | None:
+        engine = looked(path)
+        if final.exists():
+            final.replace(path)
+        return engine
+
+    monkeypatch.setattr(runtime_netcdf, "_engine_of", look_and_replace)
+    with open_netcdf(path) as dataset:
+        assert dataset.a.values.tolist() == [0, 1, 2, 3, 4]

@@ -31,9 +31,9 @@ FAILING = one_compacton(t_end=2, frames=21, integrator=IDA(max_steps=10))
 
 
 def side_by_side(folder: Path, rounds: int) -> None:
-    """Each simulation in a thread of its own, again and again, and two that read what is there, one of them by plain xarray.
+    """Each simulation in a thread of its own, again and again, and three that read what is there, one of them by plain xarray.
 
-    One, as xarray asks netCDF4 for the variables of a file without a lock: two such readers crash each other.
+    Only one, as xarray asks netCDF4 for the variables of a file without a lock: two such readers crash each other.
     """
     expected = [run(simulation).W.values for simulation in SIMULATIONS]
     wrong: list[str] = []
@@ -59,7 +59,7 @@ def side_by_side(folder: Path, rounds: int) -> None:
                     wrong.append(f"{path.name}: {error!r}")
 
     writers = [threading.Thread(target=write, args=(index,)) for index in range(len(SIMULATIONS))]
-    readers = [threading.Thread(target=read, args=(opened,)) for opened in (open_result, xr.open_dataset)]
+    readers = [threading.Thread(target=read, args=(opened,)) for opened in (open_result, open_result, xr.open_dataset)]
     for thread in (*writers, *readers):
         thread.start()
     for thread in writers:
@@ -67,7 +67,7 @@ def side_by_side(folder: Path, rounds: int) -> None:
     over.set()
     for thread in readers:
         thread.join()
-    assert wrong == []
+    assert wrong == [], wrong
     assert len(list(folder.glob("*.nc"))) == rounds * len(SIMULATIONS)
 
 
