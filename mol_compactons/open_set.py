@@ -1,7 +1,8 @@
 """The open set of parts: the concrete subclasses of a base class that are loaded now, and the names that JSON gives them.
 
-A class of this package has its bare name, any other is "module:Class". What is not loaded is looked for among the entry points
-(group `mol_compactons`) of the installed packages, and nowhere else: no module is imported because a file names it.
+A class of this package is always loaded and has its bare name, any other is "module:Class". What is not loaded is looked for
+among the entry points (group `mol_compactons`) of the installed packages, and nowhere else: no module is imported because a
+file names it.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import dataclasses
 import inspect
 import sys
 from collections.abc import Callable
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -21,6 +24,9 @@ PACKAGE = __name__.partition(".")[0]
 
 ENTRY_POINTS = "mol_compactons"
 """The group of entry points by which an installed package announces its parts."""
+
+OWN = ("equations", "waves", "schemes", "chain", "integrators", "stop_rules", "analysis")
+"""The rooms of this package that hold parts; a part is loaded though nobody has asked for its room yet."""
 
 
 def name_of(cls: type) -> str:
@@ -46,6 +52,7 @@ def loaded(base: Callable[..., Part]) -> dict[str, type[Part]]:
     found: dict[str, type[Part]] = {}
     if not isinstance(base, type):
         return found
+    load_own()
     if dataclasses.is_dataclass(base) and not inspect.isabstract(base):
         found[name_of(base)] = cast("type[Part]", base)
     subclasses: list[type[Any]] = base.__subclasses__()
@@ -54,6 +61,13 @@ def loaded(base: Callable[..., Part]) -> dict[str, type[Part]]:
             if name not in found or _is_current(cls):
                 found[name] = cls
     return found
+
+
+@cache
+def load_own() -> None:
+    """Load all parts of this package."""
+    for room in OWN:
+        import_module(f"{PACKAGE}.{room}")
 
 
 def _is_current(cls: type) -> bool:

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import gc
 import importlib.metadata
+import subprocess
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -69,6 +70,26 @@ def test_classes_of_the_package_have_bare_names_and_others_their_module() -> Non
     assert all(":" not in name for name in own)
     own_integrators = {name for name in loaded(Integrator) if ":" not in name}
     assert own_integrators == {"CVODE", "GaussLegendre", "IDA", "Midpoint", "Rosenbrock", "Symplectic"}
+
+
+EVERY_MODULE = """
+import pkgutil, sys
+import mol_compactons
+from mol_compactons.open_set import loaded
+from mol_compactons import Equation, Integrator, Scheme, StopRule, Wave, ContactLaw
+bases = (Equation, Integrator, Scheme, StopRule, Wave, ContactLaw)
+at_once = [sorted(loaded(base)) for base in bases]
+for module in pkgutil.walk_packages(mol_compactons.__path__, "mol_compactons."):
+    if not module.name.endswith("__main__") and "scenario_scripts" not in module.name:
+        __import__(module.name)
+assert at_once == [sorted(loaded(base)) for base in bases], at_once
+assert all(at_once)
+"""
+
+
+def test_a_part_of_the_package_counts_though_nobody_has_asked_for_it_yet() -> None:
+    done = subprocess.run([sys.executable, "-c", EVERY_MODULE], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.fixture

@@ -1,5 +1,5 @@
 """The command line, a file for each group of commands."""
 
-from mol_compactons.cli.parser import main, program
+from mol_compactons.cli.process import program
 
-__all__ = ["main", "program"]
+__all__ = ["program"]

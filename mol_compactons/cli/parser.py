@@ -25,9 +25,6 @@ TRACEBACK = "MOL_COMPACTONS_TRACEBACK"
 BROKEN_PIPE = 13
 """The number of the signal that ends a program without a listener."""
 
-LAST_STREAM = 2
-"""The number of standard error."""
-
 
 class Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one sentence."""
@@ -87,28 +84,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def typed() -> list[str]:
     """What was typed, as UTF-8 also where the locale knows only ASCII."""
     return [os.fsencode(word).decode("utf-8", "surrogateescape") for word in sys.argv[1:]]
-
-
-def program() -> int:
-    """The command line as a process of its own, whose streams may be closed, full or without a listener."""
-    _fill_missing_descriptors()
-    status = main()
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        try:
-            if stream is not None:
-                stream.flush()
-        except (OSError, ValueError):
-            # Python would try again at its end, and call that a failure.
-            setattr(sys, name, None)
-    return status
-
-
-def _fill_missing_descriptors() -> None:
-    """Let no file take the number of a standard stream that is closed, to which libraries print."""
-    while (number := os.open(os.devnull, os.O_RDWR)) <= LAST_STREAM:
-        pass
-    os.close(number)
 
 
 def _say_that_it_compiles() -> None:

@@ -35,7 +35,7 @@ from mol_compactons import (
     Simulation,
     run,
 )
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 from mol_compactons.cli.speaking import LONGEST_SENTENCE
 from tests.cli.damage import WELL_FORMED, Damage, flip_bits, forge_simulation, truncate
 from tests.cli.hostile import QUICK, command_lines, other_lines

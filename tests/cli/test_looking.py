@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import Compacton
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 from tests.analysis.painted import painted
 from tests.cli.conftest import QUICK, ROOT
 

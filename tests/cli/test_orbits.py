@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import Simulation
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 
 QUICK = [
     "single_compacton",

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 
 
 @pytest.mark.parametrize(
@@ -137,22 +137,6 @@ def test_a_cold_run_says_once_that_it_compiles(tmp_path: Path) -> None:
     assert second.startswith("wrote cold.nc")
     assert printed("--set", "integrator=Midpoint").startswith("compiling the kernels")
     assert printed("--set", "integrator=Midpoint").startswith("wrote cold.nc")
-
-
-def test_a_closed_pipe_is_no_error() -> None:
-    command = f"{sys.executable} -m mol_compactons scenarios | head -c 1"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, env=os.environ, check=False)
-    assert done.stderr == ""
-
-
-def test_a_pipe_that_is_closed_before_the_first_word_is_none_either() -> None:
-    """What was asked for went nowhere, which the status says as those of other programs do."""
-    reader, writer = os.pipe()
-    os.close(reader)
-    command = [sys.executable, "-m", "mol_compactons", "scenarios"]
-    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
-    os.close(writer)
-    assert (done.returncode, done.stderr) == (141, "")
 
 
 @pytest.mark.parametrize(

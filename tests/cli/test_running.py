@@ -7,7 +7,7 @@ import xarray as xr
 
 from mol_compactons import Simulation
 from mol_compactons.analysis.drift import drift
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 from tests.cli.conftest import QUICK, ROOT
 
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from mol_compactons import Family
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 from mol_compactons.cli.studies import FAMILY_OPTIONS
 
 

@@ -69,7 +69,7 @@ def test_what_it_shows_is_what_comes_out(fresh: Fresh, tmp_path: Path) -> None:
     assert len(commands) > 3
     assert all(command[:2] == ["$", "mol-compactons"] for command in commands)
     arguments = [command[2:] + ([] if command[2] == "info" else ["--quiet"]) for command in commands]
-    code = f"from mol_compactons.cli import main\nfor words in {arguments!r}:\n    assert main(words) == 0, words"
+    code = f"from mol_compactons.cli.parser import main\nfor words in {arguments!r}:\n    assert main(words) == 0, words"
     done = fresh("-c", code, path=[])
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -149,7 +149,7 @@ def test_a_process_that_imports_it_repeats_every_file_bit_for_bit(
 ) -> None:
     code = """
 import sys
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 for path in sys.argv[1:]:
     assert main(["run", path, "--import", "own_physics", "--quiet"]) == 0
 """

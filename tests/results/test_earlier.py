@@ -10,7 +10,7 @@ import xarray as xr
 
 from mol_compactons import GranularChain, PowerContact, Simulation, drift, first_collision, run, track
 from mol_compactons.analysis.chain_and_continuum import on_lattice
-from mol_compactons.cli import main
+from mol_compactons.cli.parser import main
 from mol_compactons.results import conserved_names, field_names, grid_of
 from mol_compactons.results.reading import outlines_of
 
