@@ -40,7 +40,7 @@ from .schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierSc
 from .semidiscrete import SemiDiscretization
 from .simulation import Simulation
 from .stop_rules import BlowUp, DriftBound, SteadyState, StopRule, WallClock
-from .studies import Family, converge, judge, report
+from .studies import Axis, Cluster, Family, Here, Plan, Processes, converge, judge, open_sweep, report, sweep
 from .waves import Compacton, Formula, LocalizedWave, PeriodicWave, Ripple, Samples, Uniform, Wave
 
 __version__: str
@@ -48,9 +48,11 @@ __version__: str
 __all__ = [
     "CVODE",
     "IDA",
+    "Axis",
     "BlowUp",
     "CentralScheme",
     "ChainCompacton",
+    "Cluster",
     "CollisionOver",
     "CompactScheme",
     "Compacton",
@@ -67,6 +69,7 @@ __all__ = [
     "GranularChain",
     "GranularCompacton",
     "Grid",
+    "Here",
     "Impact",
     "InputError",
     "IntegrationError",
@@ -78,9 +81,11 @@ __all__ = [
     "Nesterenko",
     "PadeScheme",
     "PeriodicWave",
+    "Plan",
     "PowerContact",
     "PowerLaw",
     "PowerLawEquation",
+    "Processes",
     "Ripple",
     "RosenauHyman",
     "Rosenbrock",
@@ -108,11 +113,13 @@ __all__ = [
     "judge",
     "open_result",
     "open_study",
+    "open_sweep",
     "orbit",
     "report",
     "require",
     "run",
     "solitary_profile",
+    "sweep",
     "track",
     "two_way_continuum_of",
     "write_tree",

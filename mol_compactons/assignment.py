@@ -7,7 +7,7 @@ import operator
 import re
 import typing
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 from mol_compactons.configuration import alternatives, decode, describe, did_you_mean, encode, hints_of, item_hint, value_hint
@@ -41,17 +41,16 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 }
 
 
-def assign(instance: T, changes: dict[str, str], importing: Importer = _nothing) -> T:
+def assign(instance: T, changes: Mapping[str, Any], importing: Importer = _nothing) -> T:
     """A copy of a dataclass in which the fields at some dotted paths have new values, changed in order and checked at the end.
 
     Parameters
     ----------
     instance : dataclass
         For example a `Simulation`.
-    changes : dict of str to str
-        Path and value, for example ``{"grid.size": "1200", "initial.0.speed": "1/4"}``. A value is a number, a word, a list,
-        a mapping, or a class with its arguments: ``IDA(rtol=1e-8)``, ``mine:LogKdV()``.
-
+    changes : mapping of str
+        Path and value, for example ``{"grid.size": "1200", "initial.0.speed": "1/4"}``. A text means a number, a word, a list,
+        a mapping, or a class with its arguments: ``IDA(rtol=1e-8)``, ``mine:LogKdV()``. Any other value is taken as it is.
     importing : callable, optional
         Called with the module of each class that a value names as "module:Class", before the class is looked for.
 
@@ -61,12 +60,32 @@ def assign(instance: T, changes: dict[str, str], importing: Importer = _nothing)
         If a path does not exist (the nearest one is suggested) or a value does not fit.
     """
     tree = encode(instance)
-    for path, text in changes.items():
-        known = list(_paths(type(instance), tree))
-        if path not in known:
-            raise InputError(f"{shown(path)} is not a field of {type(instance).__name__}; {did_you_mean(path, known)}")
-        _replace(type(instance), tree, path.split("."), text, importing)
+    change(type(instance), tree, changes, importing)
     return typing.cast(T, decode(type(instance), tree))
+
+
+def change(cls: type, tree: Any, changes: Mapping[str, Any], importing: Importer = _nothing) -> None:
+    """Change an encoded dataclass in place, without checking what comes out.
+
+    Parameters
+    ----------
+    cls : type
+        The dataclass.
+    tree : dict
+        What `encode` made of it.
+    changes, importing
+        As for `assign`.
+
+    Raises
+    ------
+    InputError
+        If a path does not exist, or a text cannot be read.
+    """
+    for path, value in changes.items():
+        known = list(_paths(cls, tree))
+        if path not in known:
+            raise InputError(f"{shown(path)} is not a field of {cls.__name__}; {did_you_mean(path, known)}")
+        _replace(cls, tree, path.split("."), value, importing)
 
 
 def modules_named(text: str) -> list[str]:
@@ -99,18 +118,17 @@ def _paths(hint: Any, branch: Any, prefix: str = "") -> Iterator[str]:
         yield from _paths(inner, _below(branch, part), f"{prefix}{part}.")
 
 
-def _replace(hint: Any, branch: Any, parts: list[str], text: str, importing: Importer) -> None:
-    """Put the value of `text` into an encoded tree, in place."""
+def _replace(hint: Any, branch: Any, parts: list[str], value: Any, importing: Importer) -> None:
+    """Put a value, or what a text means, into an encoded tree, in place."""
     part, *rest = parts
     inner = _branches(hint, branch)[part]
     if rest:
-        _replace(inner, _below(branch, part), rest, text, importing)
-    else:
-        if inner is not str:
-            for module in modules_named(text):
-                importing(module)
-
-        branch[int(part) if isinstance(branch, list) else part] = _parse(inner, text)
+        _replace(inner, _below(branch, part), rest, value, importing)
+        return
+    if isinstance(value, str) and inner is not str:
+        for module in modules_named(value):
+            importing(module)
+    branch[int(part) if isinstance(branch, list) else part] = _parse(inner, value) if isinstance(value, str) else encode(value)
 
 
 def _parse(hint: Any, text: str) -> Any:

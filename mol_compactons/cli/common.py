@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from mol_compactons.studies.engine import Engine
+
     Commands = argparse._SubParsersAction[argparse.ArgumentParser]
 
 SET_HELP = (
@@ -42,6 +44,22 @@ def add_import(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--import", dest="imports", action="append", default=[], metavar="MODULE", help="import a module of your own first"
     )
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """The options of commands that run many simulations."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--workers", type=int, metavar="N", help="how many processes run members (default: one for each core)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="run members on a Dask cluster: tcp://host:8786")
+
+
+def engine_of(options: argparse.Namespace) -> Engine:
+    """Where members are to run."""
+    from mol_compactons.studies.engine import Cluster, Here, Processes
+
+    if options.scheduler is not None:
+        return Cluster(options.scheduler)
+    return Here() if options.workers == 1 else Processes(options.workers)
 
 
 def simulation_of(options: argparse.Namespace) -> Simulation:

@@ -13,6 +13,7 @@ from mol_compactons.cli.common import add_import, contents, cost, kept, save
 from mol_compactons.cli.scenarios import import_module, listing
 from mol_compactons.cli.speaking import tell
 from mol_compactons.cli.studies import print_study
+from mol_compactons.cli.sweeps import print_sweep
 from mol_compactons.errors import InputError
 from mol_compactons.results.form import check_form, reading, settings_of, understanding
 from mol_compactons.results.opening import open_result, open_study, status_of
@@ -33,8 +34,8 @@ TRACK_COLUMNS = ("t", "position", "height", "speed", "family_speed", "residual")
 
 def add_info(commands: Commands) -> None:
     """The command info."""
-    parser = commands.add_parser("info", help="say what is in a result")
-    parser.add_argument("result", metavar="FILE.nc")
+    parser = commands.add_parser("info", help="say what is in a result, a study or a sweep")
+    parser.add_argument("result", metavar="FILE.nc|FOLDER")
     parser.set_defaults(handle=_info)
 
 
@@ -82,6 +83,9 @@ def add_scenarios(commands: Commands) -> None:
 
 
 def _info(options: argparse.Namespace) -> None:
+    if Path(options.result).is_dir():
+        print_sweep(Path(options.result))
+        return
     with reading(options.result), open_result(Path(options.result)) as dataset:
         if "family" in dataset.attrs:
             with understanding(options.result, "study"):

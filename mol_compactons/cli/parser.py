@@ -16,6 +16,7 @@ from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
 from mol_compactons.cli.speaking import ListenerLostError, complain, remark
 from mol_compactons.cli.studies import add_converge, add_stability
+from mol_compactons.cli.sweeps import add_sweep
 from mol_compactons.errors import InputError, IntegrationError, shown
 from mol_compactons.runtime.compiled import announcing_compilation
 
@@ -40,7 +41,18 @@ def parser() -> Parser:
     main = Parser(prog="mol-compactons", description="Compacton equations by the method of lines.")
     main.add_argument("--version", action="version", version=f"%(prog)s {version('mol_compactons')}")
     commands: Any = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (add_run, add_info, add_plot, add_track, add_doctor, add_converge, add_stability, add_orbit, add_scenarios):
+    for add in (
+        add_run,
+        add_info,
+        add_plot,
+        add_track,
+        add_doctor,
+        add_converge,
+        add_sweep,
+        add_stability,
+        add_orbit,
+        add_scenarios,
+    ):
         add(commands)
     return main
 

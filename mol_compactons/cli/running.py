@@ -95,7 +95,8 @@ def _what_is_kept(options: argparse.Namespace, path: Path, before: Any) -> str:
     if now == before:
         return f"{path} is as it was"
     words = ["mol-compactons", "run", options.scenario, "-o", str(path), "--resume"]
-    for option, values in (("--set", options.changes), ("--import", options.imports)):
+    words += ["--keep-checkpoints"] if options.keep_checkpoints else []
+    for option, values in (("--set", options.changes), ("--import", options.imports), ("--stop", options.stop)):
         for value in values:
             words += [option, value]
     return f"its frames so far are kept; it goes on with: {shlex.join(words)}"

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mol_compactons.analysis import stability
 from mol_compactons.assignment import assign
-from mol_compactons.cli.common import add_scenario, assignments, save, simulation_of
+from mol_compactons.cli.common import add_scenario, add_workers, assignments, engine_of, save, simulation_of
 from mol_compactons.cli.speaking import remark, tell
-from mol_compactons.errors import InputError
+from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.results.opening import open_study, write_tree
-from mol_compactons.results.places import check_target
-from mol_compactons.studies.convergence import converge
+from mol_compactons.results.places import beside, check_target
+from mol_compactons.studies.convergence import converge, plan_of_study
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.report import report
+from mol_compactons.studies.store import forget_another
 
 if TYPE_CHECKING:
     from mol_compactons.cli.common import Commands
@@ -41,6 +43,7 @@ def add_converge(commands: Commands) -> None:
         parser.add_argument(f"--{name.replace('_', '-')}", metavar="A,B,...", help=example)
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     parser.add_argument("--quiet", action="store_true", help="no line for each member")
+    add_workers(parser)
     parser.set_defaults(handle=_converge)
 
 
@@ -66,7 +69,17 @@ def _converge(options: argparse.Namespace) -> None:
     check_target(path, options.overwrite)
     if path.suffix.lower() not in (".nc", ".png"):
         raise InputError(f"{path} must end in .nc, to store the study, or .png, to draw it.")
-    tree = converge(simulation, family, (lambda line: None) if options.quiet else remark)
+    members = beside(path, "members")
+    forget_another(members, plan_of_study(simulation, family))
+    try:
+        notice = (lambda line: None) if options.quiet else remark
+        tree = converge(simulation, family, notice, engine=engine_of(options), folder=members)
+    except KeyboardInterrupt as interrupt:
+        interrupt.kept = "the members that have run are kept; the same command goes on"  # type: ignore[attr-defined]
+        raise
+    except IntegrationError:
+        shutil.rmtree(members, ignore_errors=True)
+        raise
     if path.suffix.lower() == ".nc":
         try:
             write_tree(tree, path)
@@ -76,6 +89,7 @@ def _converge(options: argparse.Namespace) -> None:
     else:
         remark(*report(tree))
         save(convergence_overview(tree), path)
+    shutil.rmtree(members, ignore_errors=True)
 
 
 def print_study(path: Path) -> None:

@@ -1,8 +1,29 @@
-"""Studies: many runs of one simulation, and what they say together."""
+"""Studies: many runs of one simulation, here or on other machines, and what they say together."""
 
 from mol_compactons.studies.convergence import converge
+from mol_compactons.studies.engine import Cluster, Engine, Here, Processes
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.judgement import judge
+from mol_compactons.studies.opening import open_sweep
+from mol_compactons.studies.plan import Axis, Plan, drawn, listed, product, together
 from mol_compactons.studies.report import report
+from mol_compactons.studies.sweep import sweep
 
-__all__ = ["Family", "converge", "judge", "report"]
+__all__ = [
+    "Axis",
+    "Cluster",
+    "Engine",
+    "Family",
+    "Here",
+    "Plan",
+    "Processes",
+    "converge",
+    "drawn",
+    "judge",
+    "listed",
+    "open_sweep",
+    "product",
+    "report",
+    "sweep",
+    "together",
+]

@@ -6,23 +6,39 @@ import contextlib
 import json
 import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 from mol_compactons.analysis.tracking import track
-from mol_compactons.configuration import encode
+from mol_compactons.configuration import decode, encode
 from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.results.opening import write_tree
 from mol_compactons.results.reading import conserved_names, field_names
-from mol_compactons.results.schema import attributes
+from mol_compactons.results.schema import COMPLETE, attributes
 from mol_compactons.running import run
+from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.simulation import Simulation
+from mol_compactons.studies import modules
+from mol_compactons.studies.engine import Engine, Here, Lost, Watch
 from mol_compactons.studies.family import Family, Member, Notice
 from mol_compactons.studies.judgement import judge
+from mol_compactons.studies.members import FAILED
+from mol_compactons.studies.plan import digest
+from mol_compactons.studies.store import Store
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def converge(simulation: Simulation, family: Family | None = None, notice: Notice = lambda line: None) -> xr.DataTree:
+def converge(
+    simulation: Simulation,
+    family: Family | None = None,
+    notice: Notice = lambda line: None,
+    *,
+    engine: Engine | None = None,
+    folder: str | Path | None = None,
+) -> xr.DataTree:
     """Run a family of a simulation, and judge what of its result is converged.
 
     Parameters
@@ -33,6 +49,10 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
         What to vary; by default what suits the simulation.
     notice : callable, optional
         Called with one line about each member that has run.
+    engine : Engine, optional
+        Where members run; by default in this process. The numbers are the same everywhere, bit for bit.
+    folder : str or Path, optional
+        Where members are kept that have run: the same call again does only what is missing or has failed.
 
     Returns
     -------
@@ -47,7 +67,7 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
     Raises
     ------
     InputError
-        If the family has a single member, or the simulation no grid to refine.
+        If the family has a single member, the simulation no grid to refine, or the folder holds another study.
     IntegrationError
         If no member ran to its end.
     """
@@ -59,7 +79,14 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
         len(members) > 1,
         "The family has a single member, from which nothing can be learnt; vary sizes, schemes, viscosities or tolerances.",
     )
-    results, failed = _run_all(members, notice)
+    with contextlib.ExitStack() as stack:
+        store = Store(Path(folder), plan_of_study(simulation, family)) if folder is not None else None
+        if store:
+            stack.callback(store.close)
+        report = stack.enter_context(stopping_on_signals(lambda t: None))
+        ended = _run_all([_task(member, store) for member in members], engine or Here(), lambda: report(0.0), store, notice)
+    results = [one.result for one in ended if one.result is not None]
+    failed = [f"{one.label}: {one.reason}" for one in ended if one.result is None]
     if not results:
         raise IntegrationError(f"No member of the family ran to its end; the first: {failed[0]}", 0.0)
     root = attributes(simulation) | {
@@ -72,21 +99,98 @@ def converge(simulation: Simulation, family: Family | None = None, notice: Notic
     return judge(xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), "/members": xr.Dataset(), **groups}))
 
 
-def _run_all(members: Sequence[Member], notice: Notice) -> tuple[list[xr.Dataset], list[str]]:
-    results, failed = [], []
-    for index, member in enumerate(members):
-        started = time.monotonic()
-        try:
-            results.append(_result(member, run(member.simulation)))
-            end = "done"
-        except (IntegrationError, InputError) as error:
-            failed.append(f"{member.label}: {error}")
-            end = f"failed: {error}"
-        notice(f"{index + 1}/{len(members)} {member.label}: {end} after {time.monotonic() - started:.1f} s")
-    return results, failed
+def plan_of_study(simulation: Simulation, family: Family) -> dict[str, Any]:
+    """What a study runs, JSON-ready, by which it is known again."""
+    return {"simulation": encode(simulation), "family": encode(family.completed(simulation))}
 
 
-def _result(member: Member, dataset: xr.Dataset) -> xr.Dataset:
+@dataclass(frozen=True)
+class Task:
+    """What a process needs to run one member of a family.
+
+    Parameters
+    ----------
+    tree : dict
+        Its simulation as JSON-ready data.
+    place : dict
+        Its ``label``, ``limit``, ``scheme``, ``viscosity`` and ``tolerance``.
+    modules : dict
+        What the process has to load first.
+    path : str
+        Where its result is kept; empty if nowhere.
+    """
+
+    tree: dict[str, Any]
+    place: dict[str, Any]
+    modules: modules.Modules
+    path: str = ""
+
+    @property
+    def name(self) -> str:
+        """A digest of its settings."""
+        return digest(self.tree)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What became of a member: its result, or the reason why it has none."""
+
+    label: str
+    result: xr.Dataset | None
+    reason: str
+    seconds: float = 0.0
+
+
+def _task(member: Member, store: Store | None) -> Task:
+    tree = encode(member.simulation)
+    place = {name: getattr(member, name) for name in ("label", "limit", "scheme", "viscosity", "tolerance")}
+    path = str(store.path_of(digest([tree, place])).resolve()) if store else ""
+    return Task(tree, place, modules.modules_of(tree), path)
+
+
+def _run_all(tasks: Sequence[Task], engine: Engine, watch: Watch, store: Store | None, notice: Notice) -> list[Ended]:
+    """What became of each member, in their order; those that are kept do not run again."""
+    ended = {number: kept for number, task in enumerate(tasks) if (kept := _kept(task)) is not None}
+    missing = [number for number in range(len(tasks)) if number not in ended]
+    if ended:
+        notice(f"{len(ended)}/{len(tasks)} have run before")
+    for index, made in engine.results(carry_out, [tasks[number] for number in missing], watch):
+        number, label = missing[index], tasks[missing[index]].place["label"]
+        one = Ended(label, None, str(made)) if isinstance(made, Lost) else made
+        ended[number] = one
+        if store:
+            status = COMPLETE if one.result is not None else FAILED
+            store.add({"name": tasks[number].name, "label": label, "status": status, "reason": one.reason})
+        notice(
+            f"{len(ended)}/{len(tasks)} {label}: {f'failed: {one.reason}' if one.reason else 'done'} after {one.seconds:.1f} s"
+        )
+    return [ended[number] for number in range(len(tasks))]
+
+
+def _kept(task: Task) -> Ended | None:
+    """What an earlier call kept of a member."""
+    import xarray as xr
+
+    if not task.path or not Path(task.path).is_file():
+        return None
+    with xr.open_dataset(task.path, engine="h5netcdf") as dataset:
+        return Ended(task.place["label"], dataset.load(), "")
+
+
+def carry_out(task: Task) -> Ended:
+    """Run a member of a family."""
+    started, result, reason = time.monotonic(), None, ""
+    try:
+        modules.load(task.modules)
+        result = _result(task, run(cast(Simulation, decode(Simulation, task.tree))))
+    except (IntegrationError, InputError) as error:
+        reason = str(error)
+    if result is not None and task.path:
+        write_tree(result, task.path)
+    return Ended(task.place["label"], result, reason, time.monotonic() - started)
+
+
+def _result(task: Task, dataset: xr.Dataset) -> xr.Dataset:
     """What is kept of a run: its last frame, its conserved quantities and its tracks."""
     import xarray as xr
 
@@ -95,7 +199,5 @@ def _result(member: Member, dataset: xr.Dataset) -> xr.Dataset:
     result = xr.merge([dataset[conserved_names(dataset)], last])
     with contextlib.suppress(InputError):
         result = result.merge(track(dataset, newborn=False), combine_attrs="override")
-    result.attrs = dataset.attrs | {
-        name: getattr(member, name) for name in ("label", "limit", "scheme", "viscosity", "tolerance")
-    }
+    result.attrs = dataset.attrs | task.place
     return result

@@ -99,7 +99,7 @@ test_threads.{work}(pathlib.Path(sys.argv[1]), {rounds})
 
 
 @pytest.mark.parametrize("work", [side_by_side, tasks_of_dask], ids=lambda work: str(work.__name__))
-@pytest.mark.parametrize("rounds", [4, pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rounds", [4, pytest.param(200, marks=pytest.mark.slow)])
 def test_runs_in_threads_are_those_of_one(rounds: int, work: Callable[[Path, int], None], tmp_path: Path) -> None:
     """In a process of its own, whose crash would be seen."""
     command = [sys.executable, "-c", PROGRAM.format(work=work.__name__, rounds=rounds), str(tmp_path)]

@@ -1,0 +1,194 @@
+"""The command that runs a simulation with some of its fields varied."""
+
+from __future__ import annotations
+
+import argparse
+import ast
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mol_compactons.cli.common import add_scenario, add_workers, assignments, engine_of, simulation_of
+from mol_compactons.cli.scenarios import import_module
+from mol_compactons.cli.speaking import remark, tell
+from mol_compactons.errors import InputError, require, shown
+from mol_compactons.simulation import Simulation
+from mol_compactons.studies.members import FAILED
+from mol_compactons.studies.plan import Axis, Plan, drawn
+from mol_compactons.studies.store import plan_of, rows_of
+from mol_compactons.studies.sweep import TABLE, Progress, Tell, sweep, tell_nobody
+from mol_compactons.studies.table import MISSING, table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from mol_compactons.cli.common import Commands
+
+SPACINGS: dict[str, Callable[..., Any]] = {"linspace": np.linspace, "geomspace": np.geomspace}
+"""How several values are given at once, as numpy calls them: geomspace(1e-4, 1e-2, 5)."""
+
+MOST_VALUES = 10**6
+
+REASONS_SHOWN = 5
+"""How many different reasons are told."""
+
+
+def add_sweep(commands: Commands) -> None:
+    """The command sweep."""
+    parser = commands.add_parser(
+        "sweep",
+        help="run a scenario with some of its fields varied",
+        description="Each member runs once, into its own file; the same command again does what is missing or has failed.",
+    )
+    add_scenario(parser)
+    parser.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="FIELD=A,B,...",
+        help="a field and its values: grid.size=300,600; 'scheme.viscosity=geomspace(1e-4, 1e-2, 5)'; "
+        "scheme='CompactScheme(),FourierScheme()'. All combinations are run",
+    )
+    parser.add_argument("--together", action="store_true", help="the first values of all fields, the second ones, and so on")
+    parser.add_argument(
+        "--draw", action="append", default=[], metavar="FIELD=LOW,HIGH", help="random values between two, in place of --vary"
+    )
+    parser.add_argument("--count", type=int, default=100, metavar="N", help="how many members are drawn (default: 100)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random values (default: 0)")
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go (default: the scenario's name and _sweep)")
+    parser.add_argument("--untracked", action="store_true", help="do not follow the waves, which takes its time")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    add_workers(parser)
+    parser.set_defaults(handle=_sweep)
+
+
+def _sweep(options: argparse.Namespace) -> int:
+    plan = _plan(simulation_of(options), options)
+    folder = Path(options.output or f"{Path(options.scenario).stem}_sweep")
+    try:
+        with progress_over_members(options.quiet) as tell_progress:
+            result = sweep(plan, None, folder, engine=engine_of(options), tracked=not options.untracked, tell=tell_progress)
+    except KeyboardInterrupt as interrupt:
+        interrupt.kept = "the members that have run are kept; the same command goes on"  # type: ignore[attr-defined]
+        raise
+    if not options.quiet:
+        remark(*summary(result), f"wrote {folder / TABLE}")
+    return int(bool((result["status"] == FAILED).all()))
+
+
+def _plan(simulation: Simulation, options: argparse.Namespace) -> Plan:
+    """What is varied, by the options of the command."""
+    varied = {path: values_of(path, text) for path, text in assignments(options.vary).items()}
+    if options.draw:
+        require(not varied, "Values are drawn or given; give --draw or --vary.")
+        ranges = {path: _range(path, text) for path, text in assignments(options.draw).items()}
+        return drawn(simulation, ranges, options.count, options.seed)
+    axes = [Axis(varied)] if options.together and varied else [Axis({path: values}) for path, values in varied.items()]
+    return Plan(simulation, axes, import_module)
+
+
+def values_of(path: str, text: str) -> list[Any]:
+    """The values that a text lists: separated by commas outside of brackets, or spaced as numpy does."""
+    for name, spacing in SPACINGS.items():
+        if text.startswith(f"{name}(") and text.endswith(")"):
+            return _spaced(path, text, spacing, text[len(name) + 1 : -1])
+    return [part.strip() for part in _split(text) if part.strip()]
+
+
+def _spaced(path: str, text: str, spacing: Callable[..., Any], inside: str) -> list[Any]:
+    try:
+        first, last, count = (ast.literal_eval(part.strip()) for part in inside.split(","))
+        require(2 <= count <= MOST_VALUES, f"{path} = {shown(text)} has {count} values; choose between 2 and {MOST_VALUES}.")
+        with np.errstate(all="raise"):
+            return [float(value) for value in spacing(first, last, count)]
+    except InputError:
+        raise
+    except Exception:
+        raise InputError(f"{path} = {shown(text)} is not understood; write it as geomspace(1e-4, 1e-2, 5).") from None
+
+
+def _split(text: str) -> Iterator[str]:
+    """A text at its commas outside of brackets and quotes."""
+    part, depth, quote = "", 0, ""
+    for sign in text:
+        if quote:
+            quote = "" if sign == quote else quote
+        elif sign in "'\"":
+            quote = sign
+        depth += (sign in "([{") - (sign in ")]}") if not quote else 0
+        if sign == "," and depth == 0 and not quote:
+            yield part
+            part = ""
+        else:
+            part += sign
+    yield part
+
+
+def _range(path: str, text: str) -> tuple[float, float]:
+    try:
+        low, high = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"{shown(path)} is to be drawn from {shown(text)}; write two numbers, {path}=LOW,HIGH.") from None
+    return low, high
+
+
+@contextmanager
+def progress_over_members(quiet: bool) -> Iterator[Tell]:
+    """A progress bar over members, with the time left; a study goes on where it cannot be shown."""
+    if quiet:
+        yield tell_nobody
+        return
+    from tqdm import tqdm
+
+    bar = None
+
+    def show(progress: Progress) -> None:
+        nonlocal bar
+        try:
+            bar = bar or tqdm(total=progress.total, initial=progress.done, unit="member", leave=False, dynamic_ncols=True)
+            bar.set_postfix_str(f"{progress.failed} failed" if progress.failed else "", refresh=False)
+            bar.update(progress.done - bar.n)
+        except (OSError, ValueError, AttributeError):
+            return
+
+    try:
+        yield show
+    finally:
+        if bar is not None:
+            bar.close()
+
+
+def summary(result: xr.Dataset) -> list[str]:
+    """A sweep in a few lines: how its members ended, and why some did not."""
+    statuses = Counter(map(str, result["status"].values.ravel()))
+    lines = [f"{result['status'].size} members: {', '.join(f'{statuses[one]} {one}' for one in sorted(statuses))}"]
+    reasons = Counter(filter(None, map(str, result["reason"].values.ravel()))).most_common()
+    lines += [f"failed {count} times: {reason}" for reason, count in reasons[:REASONS_SHOWN]]
+    return lines + ([f"and for {len(reasons) - REASONS_SHOWN} other reasons"] if len(reasons) > REASONS_SHOWN else [])
+
+
+def print_sweep(folder: Path) -> None:
+    """Say what is in the folder of a sweep, also while it runs."""
+    plan = plan_of(folder)
+    require("axes" in plan, f"{folder} holds the members of a convergence study that has not ended; run its command again.")
+    result = table(plan, rows_of(folder).values())
+    tell(*_axes(plan), *summary(result), *_numbers(result))
+
+
+def _axes(plan: Mapping[str, Any]) -> Sequence[str]:
+    fields = [(path, field["told"]) for axis in plan["axes"] for path, field in axis["fields"].items()]
+    return [f"varied: {path} = {', '.join(values[:10])}{', ...' if len(values) > 10 else ''}" for path, values in fields]
+
+
+def _numbers(result: xr.Dataset) -> Sequence[str]:
+    """The range of each quantity of a table."""
+    known = result.where(result["status"] != MISSING)
+    lines = []
+    for name, one in known.data_vars.items():
+        if np.issubdtype(one.dtype, np.floating) and bool(one.notnull().any()):
+            lines.append(f"{name}: {float(one.min()):.6g} to {float(one.max()):.6g}")
+    return lines

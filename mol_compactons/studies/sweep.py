@@ -1,0 +1,155 @@
+"""Sweeps: a simulation with some of its fields varied, each member run once, here or elsewhere, and their table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mol_compactons.errors import require
+from mol_compactons.results.opening import write_tree
+from mol_compactons.results.schema import COMPLETE, attributes
+from mol_compactons.runtime.signals import stopping_on_signals
+from mol_compactons.simulation import Simulation
+from mol_compactons.studies.engine import Engine, Here, Lost, Watch
+from mol_compactons.studies.members import FAILED, Quantity, Task, carry_out
+from mol_compactons.studies.modules import modules_of
+from mol_compactons.studies.plan import Plan, product
+from mol_compactons.studies.store import Row, Store
+from mol_compactons.studies.table import table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TABLE = "table.nc"
+"""The table of a study in its folder, a NetCDF file."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a study is.
+
+    Parameters
+    ----------
+    done, total : int
+        Members that have ended, and all.
+    failed : int
+        How many of those that have ended failed.
+    label : str
+        The member that ended last.
+    outcome : str
+        What became of it.
+    """
+
+    done: int
+    total: int
+    failed: int
+    label: str
+    outcome: str
+
+
+Tell = Callable[[Progress], None]
+"""Called when a member has ended, and once at the beginning."""
+
+
+def tell_nobody(progress: Progress) -> None:
+    """The `Tell` of a study that nobody watches."""
+
+
+def sweep(
+    simulation: Simulation | Plan,
+    varied: Mapping[str, Sequence[Any]] | None = None,
+    folder: str | Path = "sweep",
+    *,
+    engine: Engine | None = None,
+    quantities: Mapping[str, Quantity] | None = None,
+    tracked: bool = True,
+    tell: Tell = tell_nobody,
+) -> xr.Dataset:
+    """Run a simulation with some of its fields varied, and return the table of what came out.
+
+    Each member is run once: the same call again does only what is missing or has failed, also after a crash. A member that
+    fails is a row with its reason.
+
+    Parameters
+    ----------
+    simulation : Simulation or Plan
+        What is varied, or a plan of it.
+    varied : mapping of str to sequence
+        For each field, by its path as in ``--set``, its values; all combinations are run. Not with a plan.
+    folder : str or Path
+        Where the results go: a NetCDF file for each member, and the table.
+    engine : Engine, optional
+        Where members run; by default in this process. `Processes()` takes all cores, `Cluster(address)` a Dask cluster.
+    quantities : mapping of str to callable, optional
+        Numbers of one's own, each a function of the Dataset of a member; for other processes, a function of a module.
+    tracked : bool
+        Whether the waves of the members are followed.
+    tell : callable, optional
+        Called with the progress when a member has ended.
+
+    Returns
+    -------
+    xarray.Dataset
+        See `mol_compactons.studies.table.table`; also in the folder, as ``table.nc``.
+
+    Raises
+    ------
+    InputError
+        If nothing is varied, a field does not exist, the folder holds another study or is in use, or the engine cannot begin.
+    """
+    require(isinstance(simulation, Plan) == (varied is None), "Give a plan, or a simulation and what is varied of it.")
+    plan = simulation if isinstance(simulation, Plan) else product(simulation, varied or {})
+    own = dict(quantities or {})
+    described = {**plan.described(), "quantities": sorted(own), "tracked": tracked}
+    store = Store(Path(folder), described)
+    try:
+        with stopping_on_signals(lambda t: None) as report:
+            _run_missing(store, tasks_of(plan, store, own, tracked), engine or Here(), lambda: report(0.0), tell)
+    finally:
+        rows = store.rows()
+        store.close()
+    result = table(described, rows.values()).assign_attrs(_attributes(plan, rows))
+    write_tree(result, Path(folder) / TABLE)
+    return result
+
+
+def tasks_of(plan: Plan, store: Store, quantities: Mapping[str, Quantity], tracked: bool) -> list[Task]:
+    """The members of a plan, each once, however many places it has."""
+    tasks: dict[str, Task] = {}
+    loaded = modules_of(plan.described())
+    for variant in plan:
+        if variant.name in tasks:
+            tasks[variant.name].places.append(list(variant.index))
+        else:
+            path = str(store.path_of(variant.name).resolve())
+            places = [list(variant.index)]
+            tasks[variant.name] = Task(variant.name, variant.label, places, variant.tree, path, loaded, quantities, tracked)
+    return list(tasks.values())
+
+
+def _run_missing(store: Store, tasks: Sequence[Task], engine: Engine, watch: Watch, tell: Tell) -> None:
+    """Run what has no complete result yet."""
+    known = store.rows()
+    missing = [task for task in tasks if not _is_done(known.get(task.name), Path(task.path))]
+    done, failed = len(tasks) - len(missing), 0
+    tell(Progress(done, len(tasks), failed, "", ""))
+    for number, made in engine.results(carry_out, missing, watch):
+        row = missing[number].row(FAILED, str(made)) if isinstance(made, Lost) else made
+        store.add(row)
+        done, failed = done + 1, failed + (row["status"] == FAILED)
+        tell(Progress(done, len(tasks), failed, row["label"], row["reason"] or row["status"]))
+
+
+def _is_done(row: Row | None, path: Path) -> bool:
+    return row is not None and row["status"] != FAILED and path.is_file()
+
+
+def _attributes(plan: Plan, rows: Mapping[str, Row]) -> dict[str, Any]:
+    """The attributes of a table."""
+    ended = {name: row for name, row in rows.items() if row["status"] == COMPLETE}
+    about = attributes(plan.simulation)
+    varied = ", ".join(path for axis in plan.axes for path in axis.changes)
+    about |= {"title": f"Sweep over {varied}: {plan.simulation.headline}", "status": COMPLETE}
+    return about | {"members": len(rows), "failed": len(rows) - len(ended)}

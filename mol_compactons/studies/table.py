@@ -1,0 +1,114 @@
+"""What the members of a sweep came to, as one Dataset along what was varied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mol_compactons.studies.store import Row
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WAVE = "wave"
+"""The dimension of what the table says of each wave."""
+
+MEANINGS = {
+    "status": "how the run of the member ended",
+    "reason": "why a member has no complete result",
+    "name": "the name of the member, and of its file",
+    "seconds": "how long the member took",
+    "cpu_seconds": "CPU time of the run",
+    "speed_before": "speed before the first collision",
+    "speed_after": "speed after the first collision",
+    "height_before": "height before the first collision",
+    "height_after": "height after the first collision",
+    "phase_shift": "phase shift of the first collision",
+    "mass_left": "integral of the field outside of the waves",
+    "momentum_left": "half the integral of the square of the field outside of the waves",
+    "height_left": "largest size of the field outside of the waves",
+}
+"""The long names of the variables of a table."""
+
+SECONDS = ("seconds", "cpu_seconds")
+
+MISSING = "not run yet"
+"""The status of a member without a row."""
+
+
+def table(plan: Mapping[str, Any], rows: Iterable[Row]) -> xr.Dataset:
+    """The table of a sweep.
+
+    Parameters
+    ----------
+    plan : mapping
+        What `Plan.described` returned.
+    rows : iterable
+        What the members came to, as far as they have run.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along each axis of the plan, with the varied values as coordinates: ``status``, ``reason``, ``name``, ``seconds``,
+        and each quantity of the members; along ``wave`` too where it is one of a wave. NaN for what is not known.
+    """
+    import xarray as xr
+
+    dimensions = [axis["dimension"] for axis in plan["axes"]]
+    coordinates = {
+        one["name"]: (axis["dimension"], values_of(one), {"field": path})
+        for axis in plan["axes"]
+        for path, one in axis["fields"].items()
+    }
+    shape = tuple(len(next(iter(axis["fields"].values()))["values"]) for axis in plan["axes"])
+    texts = {name: np.full(shape, "", dtype=object) for name in ("status", "reason", "name")}
+    texts["status"][...] = MISSING
+    known = list(rows)
+    numbers = _columns(known, shape)
+    for row in known:
+        for place in map(tuple, row["places"]):
+            texts["status"][place], texts["reason"][place], texts["name"][place] = row["status"], row["reason"], row["name"]
+            numbers["seconds"][place] = row.get("seconds", math.nan)
+            for name, value in row["quantities"].items():
+                numbers[name][place][: np.size(value)] = value if np.ndim(value) else [value]
+    variables = {name: (dimensions, values.astype(str), _attributes(name)) for name, values in texts.items()}
+    for name, values in numbers.items():
+        single = name not in _of_waves(known)
+        place = (dimensions, values[..., 0]) if single else ([*dimensions, WAVE], values)
+        variables[name] = (*place, _attributes(name))
+    return xr.Dataset(variables, coordinates)
+
+
+def values_of(field: Mapping[str, Any]) -> Any:
+    """The values of a field along its axis as a coordinate: numbers, or what distinguishes parts in a few characters."""
+    values = field["values"]
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values)
+    try:
+        return np.array([float(value) for value in values if isinstance(value, str)] or None).reshape(len(values))
+    except (ValueError, TypeError):
+        return np.array(field["told"], dtype=str)
+
+
+def _of_waves(rows: list[Row]) -> set[str]:
+    """The quantities that members have for each wave."""
+    return {name for row in rows for name, value in row["quantities"].items() if np.ndim(value)}
+
+
+def _columns(rows: list[Row], shape: tuple[int, ...]) -> dict[str, Any]:
+    """An array of NaN for each quantity, with room for all waves along its last axis."""
+    names = dict.fromkeys(name for row in rows for name in row["quantities"])
+    of_waves = _of_waves(rows)
+    most = max((np.size(value) for row in rows for value in row["quantities"].values()), default=1)
+    return {name: np.full((*shape, most if name in of_waves else 1), np.nan) for name in names} | {
+        "seconds": np.full((*shape, 1), np.nan)
+    }
+
+
+def _attributes(name: str) -> dict[str, str]:
+    """What a variable of a table is."""
+    meaning = MEANINGS.get(name, f"largest {name.replace('_', ' ')}" if name.endswith("_drift") else name.replace("_", " "))
+    return {"long_name": meaning} | ({"units": "s"} if name in SECONDS else {})
