@@ -102,6 +102,8 @@ def find(bases: tuple[Any, ...], name: str, allowed: str) -> type:
     module, colon, _ = name.partition(":")
     if not colon:
         raise InputError(f"{name} is not allowed here; it must be {allowed}.")
+    if module in sys.modules:
+        raise InputError(f"{name} is not allowed here: {module} is loaded, and holds no such class; it must be {allowed}.")
     raise InputError(
         f"{name} is not loaded, or not {allowed}; import {module} first (on the command line: --import {module}). No module "
         "is imported because a file names it."

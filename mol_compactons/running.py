@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.errors import InputError, IntegrationError, require, shown
 from mol_compactons.integrators.base import CanBeClosed, Integration, Memory, RemembersItself, Report, no_report
 from mol_compactons.results import checkpoint
 from mol_compactons.results.checkpoint import Checkpoint
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
-from mol_compactons.results.schema import COMPLETE, Layout, cost_attributes, layout_of, source
+from mol_compactons.results.schema import COMPLETE, FRAMES_BEFORE, Layout, cost_attributes, layout_of, source
 from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.simulation import Simulation, divided
@@ -100,7 +100,9 @@ def run(
     >>> dataset.W.dims, dataset.sizes["x"], dataset.attrs["status"]
     (('t', 'x'), 120, 'complete')
     """
+    _check_arguments(simulation, stop, observe)
     require(not resume or path is not None, "resume goes on from a file; give its path.")
+    require(not (resume and overwrite), "A run either goes on from its file or replaces it; give resume or overwrite.")
     target = None if path is None else Path(path)
     if resume and target is not None and target.exists():
         from mol_compactons.results.resuming import look_for_earlier
@@ -116,6 +118,13 @@ def run(
     course.show_to(observe)
     with stopping_on_signals(report) as watch:
         return course.run(watch, keep_checkpoints)
+
+
+def _check_arguments(simulation: Simulation, stop: Sequence[StopRule], observe: Observe | None) -> None:
+    require(isinstance(simulation, Simulation), f"{shown(simulation)} is no Simulation; give one.")
+    rules = isinstance(stop, Sequence) and all(isinstance(rule, StopRule) for rule in stop)
+    require(rules, f"stop = {shown(stop)} must be a list of rules, as [BlowUp()].")
+    require(observe is None or callable(observe), f"observe = {shown(observe)} must be a function of t and the state.")
 
 
 def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool, stop: Sequence[StopRule]) -> Course:
@@ -147,8 +156,12 @@ def _going_on(earlier: Earlier, path: Path, stop: Sequence[StopRule]) -> Course:
         integration = integrator.restart(system, began.t, began.memory["state"], simulation.t_end)
     integration.counters = began.counters
     layout = _layout(simulation, system, simulation.initial_state())
-    watchers = [rule.begin(system, began.t, began.memory["state"]) for rule in stop]
+    watchers = [rule.begin(system, 0.0, simulation.initial_state()) for rule in stop]
+    for watcher in watchers:
+        watcher.go_on(began.t, began.memory["state"])
     now = datetime.now(UTC).isoformat(timespec="seconds")
+    if earlier.frames_before:
+        layout.attributes[FRAMES_BEFORE] = ", ".join(map(str, earlier.frames_before))
     layout.attributes["history"] = f"{earlier.history}\n{now}: went on from t = {began.t:.6g} by {source().split(' (')[0]}"
     recorder = NetCDFRecorder(layout, path, overwrite=True)
     with earlier.dataset as dataset:
@@ -270,6 +283,9 @@ class Course:
         except MemoryError:
             failure = IntegrationError(NO_MEMORY, self._t)
             status = f"failed at t = {self._t:.6g}: {NO_MEMORY}"
+        except Exception as error:  # of a part of the user's own, as observe
+            status = f"failed at t = {self._t:.6g}: {type(error).__name__}: {error}"
+            raise
         finally:
             failure = self._close(status, report, failure, keep_checkpoints)
         if failure:

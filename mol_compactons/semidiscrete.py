@@ -24,6 +24,14 @@ Array = NDArray[np.float64]
 DIFFERENCE_STEP = 6e-6
 """The step of a central difference relative to the state, about the cube root of the rounding error."""
 
+CANCELLING = 1e-3
+"""A first value below this, relative to the sum of the sizes of its parts, is what their cancellation left."""
+
+
+def drift_scale(first: float, magnitude: float) -> float:
+    """What a change of a conserved quantity is relative to: its first value or, where parts of that cancel, their sizes."""
+    return abs(first) if abs(first) > CANCELLING * magnitude else magnitude
+
 
 @dataclass(frozen=True, eq=False)
 class SemiDiscretization:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from fractions import Fraction
@@ -229,7 +228,7 @@ class Simulation(Settings):
         require(
             np.array_equal(longer.times[:shared], self.times[:shared]),
             f"t_end = {t_end:g} is no multiple of the distance of the frames, {float(spacing):.12g}; choose one, as "
-            f"{self.t_end * max(2, math.ceil(t_end / self.t_end)):.12g}.",
+            f"{float(spacing * max(count, 1)):.12g} or {float(spacing * (max(count, 1) + 1)):.12g}.",
         )
         return longer
 

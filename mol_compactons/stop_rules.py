@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.configuration import Settings
 from mol_compactons.errors import require
-from mol_compactons.semidiscrete import SemiDiscretization
+from mol_compactons.semidiscrete import SemiDiscretization, drift_scale
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,6 +26,9 @@ SoFar = Callable[[], "xr.Dataset"]
 
 class Watcher(Protocol):
     """A rule at work in one run."""
+
+    def go_on(self, t: float, state: Array) -> None:
+        """The run goes on from an earlier one, at t with a state of shape (components, size)."""
 
     def between(self, t: float) -> str:
         """Why to stop between two output times; empty to go on."""
@@ -42,11 +45,14 @@ class StopRule(Settings):
 
     @abstractmethod
     def begin(self, system: SemiDiscretization, t: float, state: Array) -> Watcher:
-        """A watcher for a run that begins, or goes on, from a state of shape (components, size)."""
+        """A watcher for a run that began at t = 0 with a state of shape (components, size), wherever it goes on from."""
 
 
 class Patient:
     """A `Watcher` that never stops a run, to derive others from."""
+
+    def go_on(self, t: float, state: Array) -> None:
+        """What was at first stays what it was."""
 
     def between(self, t: float) -> str:
         """Go on."""
@@ -137,7 +143,7 @@ class DriftBound(StopRule):
     Parameters
     ----------
     bound : float
-        The largest change, relative to the sum of the sizes of what the first value is a sum of.
+        The largest change, relative to what `drift` takes: the first value or, where its parts cancel, the sum of their sizes.
     quantity : str
         Which conserved quantity is watched; empty for all.
 
@@ -162,7 +168,8 @@ class DriftBound(StopRule):
             set(names) <= set(first),
             f"quantity = {self.quantity!r} is not conserved here; choose one of {', '.join(first) or 'none'}.",
         )
-        sizes = {name: abs(value) for name, value in first.items()} | system.magnitudes(state)
+        magnitudes = system.magnitudes(state)
+        sizes = {name: drift_scale(value, magnitudes.get(name, abs(value))) for name, value in first.items()}
         return _Kept(self.bound, system, {name: first[name] for name in names}, sizes)
 
 
@@ -207,10 +214,14 @@ class SteadyState(StopRule):
 
 class _Still(Patient):
     def __init__(self, rate: float, t: float, state: Array) -> None:
-        self._rate, self._t, self._state = rate, t, state.copy()
+        self._rate = rate
+        self.go_on(t, state)
+
+    def go_on(self, t: float, state: Array) -> None:
+        self._t, self._state = t, state.copy()
 
     def at_frame(self, t: float, state: Array, so_far: SoFar) -> str:
         size = float(np.linalg.norm(state))
         change = float(np.linalg.norm(state - self._state)) / (t - self._t) if t > self._t else np.inf
-        self._t, self._state = t, state.copy()
+        self.go_on(t, state)
         return "the state stands still" if change <= self._rate * size else ""

@@ -99,9 +99,14 @@ def test_what_is_not_kept_stops_a_run() -> None:
     viscous = replace(WAVE, scheme=ConservativeScheme(4, viscosity=1e-2))
     whole = drift(run(viscous))
     bound = float(abs(whole.momentum[5])) * 0.999
-    with run(viscous, stop=[DriftBound(bound)]) as stopped:
+    with run(viscous, stop=[DriftBound(bound, "momentum")]) as stopped:
         assert stopped.attrs["status"].startswith("stopped at t = 0.5: momentum has changed by ")
         assert stopped.sizes["t"] == 6
+    with run(viscous, stop=[DriftBound(bound)]) as stopped:
+        beyond = [bool(abs(whole[name][stopped.sizes["t"] - 1]) > bound) for name in whole.data_vars]
+        before = [bool(abs(whole[name][stopped.sizes["t"] - 2]) > bound) for name in whole.data_vars]
+        assert any(beyond)
+        assert not any(before)
     assert run(viscous, stop=[DriftBound(bound, "mass")]).attrs["status"] == "complete"
     with pytest.raises(InputError, match="quantity = 'charge' is not conserved here; choose one of mass, momentum, energy"):
         run(viscous, stop=[DriftBound(quantity="charge")])

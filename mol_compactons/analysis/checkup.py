@@ -42,6 +42,12 @@ FEWEST_POINTS = 16
 FINEST_SHARE = 1e-4
 """The part of the squared field beyond two thirds of the wave numbers of the grid that edges alone do not make."""
 
+DIFFERENCE = 1e-4
+"""The step of the difference that gives what the viscosity takes, relative to the largest value of the field."""
+
+LEAST_WORN = 1e-9
+"""What the viscosity takes of a quantity below this part of it is round-off."""
+
 WORN = 1e-3
 """The part of the momentum that a viscosity may take before it is worth a word."""
 
@@ -100,20 +106,31 @@ class Case:
             return None
 
     @cached_property
-    def worn(self) -> Array | None:
-        """What the viscosity has taken of Int u^2 / 2 up to each frame: the integral of -Int u D u, D the damping."""
+    def worn(self) -> dict[str, Array]:
+        """What the viscosity has added to each conserved quantity up to each frame: the integral of its change along D u.
+
+        With the damping D that is the derivative of the quantity in the direction D u, by a difference, which is exact for
+        a square.
+        """
         if self.simulation is None or len(field_names(self.dataset)) > 1:
-            return None
+            return {}
         scheme, grid = self.simulation.scheme, self.simulation.grid
         if not isinstance(scheme, ViscousScheme) or not any(scheme.viscosities):
-            return None
-        damping, rate = Damping(scheme, grid.spacing), np.empty(self.frames.shape[0])
-        for index, frame in enumerate(self.frames):
+            return {}
+        damping, system = Damping(scheme, grid.spacing), self.simulation.discretize()
+        rates: dict[str, list[float]] = {}
+        for frame in self.frames:
             change = np.zeros(frame.size)
             damping.add(np.ascontiguousarray(frame), change)
-            rate[index] = -grid.spacing * float(frame @ change)
-        times = self.dataset["t"].values
-        return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))])
+            step = DIFFERENCE * float(np.abs(frame).max()) / (float(np.abs(change).max()) or 1.0)
+            ahead, behind = (system.invariants((frame + sign * step * change)[np.newaxis]) for sign in (1, -1))
+            for name, value in ahead.items():
+                rates.setdefault(name, []).append((value - behind[name]) / (2 * step or 1.0))
+        between = np.diff(self.dataset["t"].values)
+        return {
+            name: np.concatenate([[0.0], np.cumsum(0.5 * (np.array(rate[1:]) + np.array(rate[:-1])) * between)])
+            for name, rate in rates.items()
+        }
 
     def speed_of(self, height: float) -> float | None:
         """The speed of the wave of a signed height; None where none is known."""
@@ -136,8 +153,8 @@ class Case:
 def check_up(dataset: xr.Dataset) -> list[Finding]:
     """What of a result agrees with what is known, is doubtful, or contradicts it.
 
-    Looked at are: how the run ended; the drift of each conserved quantity against the tolerance, and that of the momentum
-    against what the viscosity takes; each wave's speed against the speed that belongs to its height, and its profile against
+    Looked at are: how the run ended; the drift of each conserved quantity against the tolerance, less what the viscosity
+    takes; each wave's speed against the speed that belongs to its height, and its profile against
     that of an exact wave; the points in a wave; waves that go round the ring; ripples at the scale of the grid; an absolute
     tolerance against the height of the waves; growth that the equation itself has; the troubles of the solver.
 
@@ -189,25 +206,27 @@ def _ending(case: Case) -> Iterator[Finding]:
 
 
 def _conserved(case: Case) -> Iterator[Finding]:
-    """Drift against the tolerance; for the momentum of one field less what the viscosity took."""
+    """Drift against the tolerance; of one field less what the viscosity took."""
     tolerance = max(10 * case.rtol, 1e-12) if case.rtol is not None else 1e-6
     for name, change in drift(case.dataset).data_vars.items():
         values = change.values
         relative_to, size = change.attrs["relative_to"], float(np.abs(values).max())
         told = f"changes by {size:.1e} of {relative_to}"
-        if name == "momentum" and case.worn is not None:
-            explained = case.worn / float(change.attrs["scale"] or 1.0)
-            told += f", of which the viscosity explains {float(explained[-1]):.1e}"
-            size = float(np.abs(values + explained).max())
+        worn = case.worn.get(str(name))
+        if worn is not None and float(np.abs(worn).max()) > LEAST_WORN * float(change.attrs["scale"]):
+            times, at = case.dataset["t"].values, change[change.dims[0]].values
+            explained = np.interp(at, times, worn) / float(change.attrs["scale"] or 1.0)
+            told += f", of which the viscosity explains {abs(float(explained[-1])):.1e}"
+            size = float(np.abs(values - explained).max())
         verdict = _judged(size, tolerance, max(WRONG_MISFIT, tolerance))
         cure = f"the integrator's part is {tolerance:.0e}, the rest that of the scheme and its viscosity: refine the grid"
         yield _found(str(name), verdict, told, cure)
 
 
 def _viscosity(case: Case) -> Iterator[Finding]:
-    if case.worn is None:
+    if "momentum" not in case.worn:
         return
-    share = float(case.worn[-1]) / (0.5 * grid_of(case.dataset).spacing * float((case.frames[0] ** 2).sum()))
+    share = -float(case.worn["momentum"][-1]) / (0.5 * grid_of(case.dataset).spacing * float((case.frames[0] ** 2).sum()))
     cure = "that is not the equation's: choose a smaller viscosity, or a finer grid"
     told = f"it takes {share:.1e} of the integral of the squared field"
     yield _found("viscosity", _judged(share, WORN, 0.1), told, cure)

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mol_compactons.results.reading import conserved_along_t
+from mol_compactons.semidiscrete import drift_scale
 
 if TYPE_CHECKING:
     import xarray as xr
-
-CANCELLING = 1e-3
-"""A first value below this, relative to the sum of the sizes of its parts, is what their cancellation left."""
 
 
 def drift(dataset: xr.Dataset) -> xr.Dataset:
@@ -51,7 +49,7 @@ def _scale(values: xr.DataArray) -> tuple[float, str]:
     """What a drift is relative to, and that in words; 0 where there is nothing but zeros."""
     first, largest = abs(float(values[0])), float(np.abs(values).max())
     magnitude = float(values.attrs.get("magnitude", largest))
-    if first > CANCELLING * magnitude:
+    if drift_scale(first, magnitude) == first and first > 0:
         return first, "its first value"
     if "magnitude" in values.attrs and magnitude > 0:
         return magnitude, "the sum of the sizes of its parts"

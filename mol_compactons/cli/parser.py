@@ -79,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complain("there is not enough memory; choose a smaller grid.size or fewer frames.")
         return 2
     except KeyboardInterrupt as interrupt:
-        complain(f"interrupted; {getattr(interrupt, 'kept', 'nothing was written')}.")
+        complain(f"interrupted; {getattr(interrupt, 'kept', 'nothing was written.')}")
         return 128 + getattr(interrupt, "number", signal.SIGINT)
     except Exception as error:
         if os.environ.get(TRACEBACK):

@@ -14,7 +14,8 @@ from mol_compactons.cli.common import add_scenario, contents, cost, kept, progre
 from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import remark
 from mol_compactons.configuration import Settings
-from mol_compactons.errors import InputError
+from mol_compactons.errors import InputError, shown
+from mol_compactons.open_set import loaded
 from mol_compactons.results.places import check_target
 from mol_compactons.running import run
 from mol_compactons.stop_rules import StopRule
@@ -58,7 +59,7 @@ def _run(options: argparse.Namespace) -> None:
     check_target(path, options.overwrite or options.resume)
     if path.suffix.lower() != ".nc":
         raise InputError(f"{path} must end in .nc: a result is a NetCDF file.")
-    rules = assign(_Ends(), {"rules": f"[{', '.join(options.stop)}]"}, import_module).rules
+    rules = _rules(options.stop)
     before = _when_changed(path)
     try:
         with progress_bar(simulation.t_end, options.quiet) as report:
@@ -76,7 +77,19 @@ def _run(options: argparse.Namespace) -> None:
         raise
     with dataset:
         if not options.quiet:
-            remark(f"wrote {path}: {contents(dataset)}", kept(dataset), cost(dataset))
+            done = "wrote" if _when_changed(path) != before else "nothing is left to do for"
+            remark(f"{done} {path}: {contents(dataset)}", kept(dataset), cost(dataset))
+
+
+def _rules(texts: Sequence[str]) -> Sequence[StopRule]:
+    """The stop rules that texts name."""
+    try:
+        return assign(_Ends(), {"rules": f"[{', '.join(texts)}]"}, import_module).rules
+    except InputError as error:
+        if "_Ends" not in str(error):
+            raise
+        allowed = ", ".join(sorted(loaded(StopRule)))
+        raise InputError(f"--stop {shown(', '.join(texts))} names no rule; choose among {allowed}.") from None
 
 
 def _when_changed(path: Path) -> Any:
@@ -91,9 +104,9 @@ def _what_is_kept(options: argparse.Namespace, path: Path, before: Any) -> str:
     """What an interrupted run leaves, and how it goes on."""
     now = _when_changed(path)
     if now is None:
-        return "nothing was written"
+        return "nothing was written."
     if now == before:
-        return f"{path} is as it was"
+        return f"{path} is as it was."
     words = ["mol-compactons", "run", options.scenario, "-o", str(path), "--resume"]
     words += ["--keep-checkpoints"] if options.keep_checkpoints else []
     for option, values in (("--set", options.changes), ("--import", options.imports), ("--stop", options.stop)):

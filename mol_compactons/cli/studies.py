@@ -75,7 +75,7 @@ def _converge(options: argparse.Namespace) -> None:
         notice = (lambda line: None) if options.quiet else remark
         tree = converge(simulation, family, notice, engine=engine_of(options), folder=members)
     except KeyboardInterrupt as interrupt:
-        interrupt.kept = "the members that have run are kept; the same command goes on"  # type: ignore[attr-defined]
+        interrupt.kept = "the members that have run are kept; the same command goes on."  # type: ignore[attr-defined]
         raise
     except IntegrationError:
         shutil.rmtree(members, ignore_errors=True)

@@ -73,7 +73,7 @@ def _sweep(options: argparse.Namespace) -> int:
         with progress_over_members(options.quiet) as tell_progress:
             result = sweep(plan, None, folder, engine=engine_of(options), tracked=not options.untracked, tell=tell_progress)
     except KeyboardInterrupt as interrupt:
-        interrupt.kept = "the members that have run are kept; the same command goes on"  # type: ignore[attr-defined]
+        interrupt.kept = "the members that have run are kept; the same command goes on."  # type: ignore[attr-defined]
         raise
     if not options.quiet:
         remark(*summary(result), f"wrote {folder / TABLE}")

@@ -89,6 +89,10 @@ class CanBeClosed(Protocol):
         """End it, wherever it is."""
 
 
+ORIGIN = "origin"
+"""The entry of a memory that has the time at which an integration began that did not begin at t = 0, and its own clock."""
+
+
 class ShiftedIntegration:
     """An integration that began at t = 0 with its clock shifted, for methods that can only begin there.
 
@@ -125,9 +129,21 @@ class ShiftedIntegration:
         return state
 
     def memory(self) -> Memory:
-        """The last output time and the state there."""
+        """What the inner one remembers, with its origin; of one that does not, the last output time and the state there."""
+        if isinstance(self._inner, RemembersItself):
+            inner = self._inner.memory()
+            return {
+                **inner,
+                "t": np.array(self._origin + float(inner["t"])),
+                ORIGIN: np.array([self._origin, float(inner["t"])]),
+            }
         t, state = self._latest
         return {"t": np.array(t), "state": state}
+
+    def close(self) -> None:
+        """End the inner one, where that holds what is to be let go."""
+        if isinstance(self._inner, CanBeClosed):
+            self._inner.close()
 
 
 class Integrator(Settings):
@@ -158,6 +174,11 @@ class Integrator(Settings):
         """
         if not self.exact_restart:
             return self.restart(system, float(memory["t"]), memory["state"], t_end)
+        if ORIGIN in memory:
+            origin, inner = (float(value) for value in memory[ORIGIN])
+            own = {name: value for name, value in memory.items() if name != ORIGIN} | {"t": np.array(inner)}
+            integration = self.resume(system.from_time(origin), own, t_end - origin)
+            return ShiftedIntegration(integration, origin, memory["state"])
         integration = self.start(system, memory["state"], t_end)
         cast(Any, integration).recall(memory)
         return integration

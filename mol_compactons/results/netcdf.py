@@ -207,6 +207,8 @@ class NetCDFRecorder:
             self._file.set_status(str(attributes["status"]))
         if trouble:
             raise trouble
+        if not self._published and str(attributes["status"]).startswith("stopped"):
+            self._publish()
         if not self._published:
             self._keep_in_memory(attributes)
             return False

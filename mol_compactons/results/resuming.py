@@ -5,21 +5,21 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mol_compactons.configuration import encode
-from mol_compactons.errors import require
+from mol_compactons.errors import require, shown
 from mol_compactons.integrators.base import Counters
 from mol_compactons.results import checkpoint
 from mol_compactons.results.checkpoint import Checkpoint
 from mol_compactons.results.form import check_form, reading
 from mol_compactons.results.netcdf import CHECKPOINT, RESTART
 from mol_compactons.results.opening import open_result
-from mol_compactons.results.reading import field_names
+from mol_compactons.results.reading import field_names, space_of
 from mol_compactons.results.running_file import is_claimed
-from mol_compactons.results.schema import COMPLETE
+from mol_compactons.results.schema import COMPLETE, FRAMES_BEFORE
 from mol_compactons.runtime.netcdf import open_netcdf
 from mol_compactons.simulation import Simulation
 
@@ -63,6 +63,13 @@ class Earlier:
         return str(self.dataset.attrs["status"]) == COMPLETE and self.frames == self.simulation.frames
 
     @property
+    def frames_before(self) -> list[int]:
+        """The numbers of frames with which it was asked for before it went beyond its end."""
+        before = frames_before(self.dataset)
+        stored = Simulation.from_json(str(self.dataset.attrs["simulation"])).frames
+        return before if stored == self.simulation.frames or stored in before else [*before, stored]
+
+    @property
     def history(self) -> str:
         """What was done so far."""
         return str(self.dataset.attrs.get("history", ""))
@@ -82,8 +89,13 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
         with reading(path):
             check_form(dataset, path)
         stored = Simulation.from_json(str(dataset.attrs["simulation"]))
+        require(
+            dataset.sizes[space_of(dataset)] == stored.grid.size,
+            f"{path} holds {dataset.sizes[space_of(dataset)]} of the {stored.grid.size} points of its run, which cannot go on "
+            "from them; take the whole result.",
+        )
         _insist_on_the_same(path, stored, asked)
-        simulation = _in_all(path, stored, asked)
+        simulation = _in_all(path, stored, asked, frames_before(dataset))
         with reading(path):
             frames = min(_whole_frames(dataset, simulation), simulation.frames)
         require(frames > 0, f"{path} holds no whole frame to go on from; run again with --overwrite.")
@@ -97,8 +109,13 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
         raise
 
 
-def _in_all(path: Path, stored: Simulation, asked: Simulation) -> Simulation:
-    """What is to be run in all, to the later of both ends."""
+def frames_before(dataset: xr.Dataset) -> list[int]:
+    """The numbers of frames with which a result was asked for before it went beyond its end."""
+    return [int(number) for number in str(dataset.attrs.get(FRAMES_BEFORE, "")).split(",") if number.strip().isdigit()]
+
+
+def _in_all(path: Path, stored: Simulation, asked: Simulation, before: list[int]) -> Simulation:
+    """What is to be run in all, to the later of both ends; `before` are numbers of frames that may be meant by the same."""
     if stored.output_times is not None or asked.output_times is not None:
         longer, shorter = (asked, stored) if asked.t_end > stored.t_end else (stored, asked)
         require(
@@ -108,7 +125,7 @@ def _in_all(path: Path, stored: Simulation, asked: Simulation) -> Simulation:
         return longer
     simulation = stored.extended(max(stored.t_end, asked.t_end))
     require(
-        asked.frames in (stored.frames, simulation.frames),
+        asked.frames in (stored.frames, simulation.frames, *before),
         f"frames = {asked.frames} differs from {path}, whose {stored.frames} frames to t = {stored.t_end:g} set their "
         f"distance; leave it out, and their number is computed.",
     )
@@ -120,9 +137,13 @@ def _insist_on_the_same(path: Path, stored: Simulation, asked: Simulation) -> No
     for name in ours:
         require(
             name in MAY_DIFFER or ours[name] == theirs[name],
-            f"The {name} differs from that of {path}, and a run that goes on has to keep it; leave it as it was, or write to "
-            "another file.",
+            f"The {name} differs from that of {path}, which is {_told(theirs[name])} and not {_told(ours[name])}; a run that "
+            f"goes on has to keep it: run {path.name} itself with --resume, or write to another file.",
         )
+
+
+def _told(setting: Any) -> str:
+    return shown(json.dumps(setting))
 
 
 def _belongs(found: Checkpoint, stored: Simulation) -> bool:

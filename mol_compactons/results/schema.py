@@ -36,6 +36,9 @@ SERIES_TIME = f"t_{SERIES}"
 COMPLETE = "complete"
 """The status of a run that reached its end."""
 
+FRAMES_BEFORE = "frames_before"
+"""The attribute of a result that went beyond its end: the numbers of frames with which it was asked for."""
+
 LIBRARIES = ("scikit-sundae", "numpy", "numba")
 """The packages whose versions a result names."""
 

@@ -244,7 +244,7 @@ def _interrupt_after(t: float) -> Any:
         ({"initial": [Compacton(0.5, 6)]}, "The initial differs from that of"),
         ({"integrator": Rosenbrock(rtol=1e-3)}, "The integrator differs from that of"),
         ({"grid": Grid(30, 80)}, "The grid differs from that of"),
-        ({"t_end": 1.3}, r"t_end = 1\.3 is no multiple of the distance of the frames, 0\.2; choose one, as 2\."),
+        ({"t_end": 1.3}, r"t_end = 1\.3 is no multiple of the distance of the frames, 0\.2; choose one, as 1\.2 or 1\.4\."),
         ({"frames": 50}, "frames = 50 differs from"),
     ],
 )
