@@ -55,7 +55,8 @@ def imported() -> set[str]:
 
 
 def test_what_is_imported_is_a_dependency_and_no_more() -> None:
-    names = {"sksundae": "scikit-sundae"}
+    names = {"sksundae": "scikit-sundae", "lazy_loader": "lazy-loader"}
     found = {names.get(module, module) for module in imported()}
     engines = {"netCDF4"}  # with which xarray opens results where nothing is said
-    assert found | engines == {dependency.partition(">=")[0] for dependency in project()["dependencies"]}
+    needed, cluster = project()["dependencies"], project()["optional-dependencies"]["dask"]
+    assert found | engines == {dependency.partition(">=")[0] for dependency in (*needed, *cluster)}

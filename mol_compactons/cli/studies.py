@@ -17,7 +17,7 @@ from mol_compactons.results.places import beside, check_target
 from mol_compactons.studies.convergence import converge, plan_of_study
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.report import report
-from mol_compactons.studies.store import forget_another
+from mol_compactons.studies.store import forget_another, what_is_kept
 
 if TYPE_CHECKING:
     from mol_compactons.cli.common import Commands
@@ -75,7 +75,7 @@ def _converge(options: argparse.Namespace) -> None:
         notice = (lambda line: None) if options.quiet else remark
         tree = converge(simulation, family, notice, engine=engine_of(options), folder=members)
     except KeyboardInterrupt as interrupt:
-        interrupt.kept = "the members that have run are kept; the same command goes on."  # type: ignore[attr-defined]
+        interrupt.kept = what_is_kept(members)  # type: ignore[attr-defined]
         raise
     except IntegrationError:
         shutil.rmtree(members, ignore_errors=True)

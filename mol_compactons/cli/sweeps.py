@@ -19,7 +19,7 @@ from mol_compactons.errors import InputError, require, shown
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies.members import FAILED
 from mol_compactons.studies.plan import Axis, Plan, drawn
-from mol_compactons.studies.store import plan_of, rows_of
+from mol_compactons.studies.store import plan_of, rows_of, what_is_kept
 from mol_compactons.studies.sweep import TABLE, Progress, Tell, sweep, tell_nobody
 from mol_compactons.studies.table import MISSING, table
 
@@ -73,7 +73,7 @@ def _sweep(options: argparse.Namespace) -> int:
         with progress_over_members(options.quiet) as tell_progress:
             result = sweep(plan, None, folder, engine=engine_of(options), tracked=not options.untracked, tell=tell_progress)
     except KeyboardInterrupt as interrupt:
-        interrupt.kept = "the members that have run are kept; the same command goes on."  # type: ignore[attr-defined]
+        interrupt.kept = what_is_kept(folder)  # type: ignore[attr-defined]
         raise
     if not options.quiet:
         remark(*summary(result), f"wrote {folder / TABLE}")

@@ -129,6 +129,12 @@ def rows_of(folder: Path) -> dict[str, Row]:
     return rows
 
 
+def what_is_kept(folder: Path) -> str:
+    """What a study that was interrupted leaves, and how it goes on."""
+    kept = len(rows_of(folder))
+    return f"{kept} members that have run are kept; the same command goes on." if kept else "nothing was written."
+
+
 def result_path(folder: Path, name: str) -> Path:
     """Where the result of a member is."""
     return folder / MEMBERS / f"{name}.nc"

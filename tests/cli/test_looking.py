@@ -146,4 +146,4 @@ def test_track_tells_of_collisions_and_of_what_is_lost(capsys: pytest.CaptureFix
 @pytest.mark.parametrize("name", [".", "..", "/", ""])
 def test_a_folder_is_no_result(command: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, name]) == 2
-    assert "There is no file " in capsys.readouterr().err
+    assert ("holds no study" if command == "info" else "There is no file ") in capsys.readouterr().err
