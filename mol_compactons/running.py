@@ -16,6 +16,7 @@ from mol_compactons.errors import InputError, IntegrationError, require, shown
 from mol_compactons.integrators.base import CanBeClosed, Integration, Memory, RemembersItself, Report, no_report
 from mol_compactons.results import checkpoint
 from mol_compactons.results.checkpoint import Checkpoint
+from mol_compactons.results.places import check_target
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
 from mol_compactons.results.schema import COMPLETE, FRAMES_BEFORE, Layout, cost_attributes, layout_of, source
 from mol_compactons.runtime.signals import stopping_on_signals
@@ -103,7 +104,7 @@ def run(
     _check_arguments(simulation, stop, observe)
     require(not resume or path is not None, "resume goes on from a file; give its path.")
     require(not (resume and overwrite), "A run either goes on from its file or replaces it; give resume or overwrite.")
-    target = None if path is None else Path(path)
+    target = None if path is None else _place(Path(path), overwrite or resume)
     if resume and target is not None and target.exists():
         from mol_compactons.results.resuming import look_for_earlier
 
@@ -120,6 +121,12 @@ def run(
         return course.run(watch, keep_checkpoints)
 
 
+def _place(path: Path, may_exist: bool) -> Path:
+    """Where a path is, whatever the working folder will be; raises `InputError` where no result can be written there."""
+    check_target(path, may_exist)
+    return path.absolute()
+
+
 def _check_arguments(simulation: Simulation, stop: Sequence[StopRule], observe: Observe | None) -> None:
     require(isinstance(simulation, Simulation), f"{shown(simulation)} is no Simulation; give one.")
     rules = isinstance(stop, Sequence) and all(isinstance(rule, StopRule) for rule in stop)
@@ -134,10 +141,8 @@ def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool, 
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
     layout = _layout(simulation, system, state)
-    watchers = [rule.begin(system, 0.0, state) for rule in stop]
+    watchers = [rule.begin(system, 0.0, _view(state)) for rule in stop]
     recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, path, overwrite)
-    if path is not None:
-        checkpoint.discard(path)
     course = Course(simulation, system, path, integration, recorder, watchers)
     course.record(0.0, state)
     return course
@@ -158,12 +163,16 @@ def _going_on(earlier: Earlier, path: Path, stop: Sequence[StopRule]) -> Course:
     layout = _layout(simulation, system, simulation.initial_state())
     watchers = [rule.begin(system, 0.0, simulation.initial_state()) for rule in stop]
     for watcher in watchers:
-        watcher.go_on(began.t, began.memory["state"])
+        watcher.go_on(began.t, _view(began.memory["state"]))
     now = datetime.now(UTC).isoformat(timespec="seconds")
     if earlier.frames_before:
         layout.attributes[FRAMES_BEFORE] = ", ".join(map(str, earlier.frames_before))
     layout.attributes["history"] = f"{earlier.history}\n{now}: went on from t = {began.t:.6g} by {source().split(' (')[0]}"
     recorder = NetCDFRecorder(layout, path, overwrite=True)
+    if earlier.checkpoint and earlier.keeps_itself:
+        # What is taken over has it no more.
+        with contextlib.suppress(InputError):
+            checkpoint.save(path, 0, began)
     with earlier.dataset as dataset:
         recorder.take_over(dataset, began.frames)
     return Course(simulation, system, path, integration, recorder, watchers, began)
@@ -217,15 +226,14 @@ class Course:
         self._latest: Memory = began.memory if began else {}
         self._t = began.t if began else 0.0
         self._seconds_before = began.seconds if began else 0.0
+        self._begins = began is None
         self._started = time.process_time()
         self._saved = self._shown = time.monotonic()
         self._checkpoints = 0
 
     def show_to(self, observe: Observe | None) -> None:
-        """Let somebody look at the frames, the first included."""
+        """Let somebody look at the frames that come, the first included."""
         self._observe = observe
-        if self._recorded == 1:
-            self._show(self._t, np.asarray(self._latest["state"]))
 
     def record(self, t: float, state: Array) -> None:
         """Take a frame."""
@@ -251,9 +259,7 @@ class Course:
 
     def _show(self, t: float, state: Array) -> None:
         if self._observe:
-            view = state.view()
-            view.flags.writeable = False
-            self._observe(t, view)
+            self._observe(t, _view(state))
 
     def _so_far(self) -> xr.Dataset:
         self._recorder.sync(self._t)
@@ -268,13 +274,17 @@ class Course:
         """Go on to the end, and close the recorder, whatever happens."""
         status, failure = "", None
         try:
+            if self._begins:
+                self._show(0.0, np.asarray(self._latest["state"]))
             report(self._t)
             watching = self._watching(report)
             for t in self._times[self._recorded :]:
                 state = self._advance(float(t), watching)
                 self.record(float(t), state)
                 if self._recorded < self._simulation.frames:
-                    self._stop_if(self._t, [watcher.at_frame(self._t, state, self._so_far) for watcher in self._watchers])
+                    self._stop_if(
+                        self._t, [watcher.at_frame(self._t, _view(state), self._so_far) for watcher in self._watchers]
+                    )
             status = COMPLETE
         except _Stop as stop:
             status = str(stop)
@@ -309,12 +319,14 @@ class Course:
 
         return watch
 
-    def _save(self, t: float, synced: bool = False) -> None:
-        """Write a checkpoint, with all frames before it safe; a run goes on without one where it cannot be written."""
+    def _save(self, t: float) -> None:
+        """Write a checkpoint, with all frames before it safe; a run goes on without one where it cannot be written.
+
+        While another result still has the place of this one, so have its checkpoints.
+        """
         assert self._path is not None
-        if not synced:
-            self._recorder.sync(t)
-        if self._recorder.frames:
+        self._recorder.sync(t)
+        if self._recorder.frames and self._recorder.is_published:
             with contextlib.suppress(InputError):
                 checkpoint.save(self._path, self._checkpoints, self._checkpoint())
                 self._checkpoints += 1
@@ -348,7 +360,10 @@ class Course:
         # After a failure the integrator may stand in the middle of a step, which nothing can go on from.
         memory = self._checkpoint().to_bytes() if self._path is not None and not failure else b""
         try:
-            if memory and not done:
+            if status.startswith("stopped"):
+                self._recorder.sync(self._t)
+                self._recorder.publish()
+            if memory:
                 self._save(self._t)
         except IntegrationError as error:
             failure = failure or error
@@ -356,16 +371,20 @@ class Course:
             inside = self._recorder.close(attributes, memory, lambda: report(self._t) if done else None)
         except IntegrationError as error:
             return failure or error
-        if self._path is not None and done:
-            if not inside:
-                self._save(self._t, synced=True)
-            elif not keep_checkpoints:
-                checkpoint.discard(self._path)
+        if self._path is not None and done and inside and not keep_checkpoints:
+            checkpoint.discard(self._path)
         return failure
 
 
 NO_MEMORY = "there was not enough memory; choose a smaller grid.size or fewer frames, or write into a file"
 """What is said where memory is short."""
+
+
+def _view(state: Array) -> Array:
+    """A state that others may look at and not change."""
+    view = np.asarray(state).view()
+    view.flags.writeable = False
+    return view
 
 
 def _numbers(values: dict[str, float]) -> dict[str, float]:

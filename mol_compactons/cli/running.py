@@ -55,7 +55,7 @@ def add_run(commands: Commands) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     simulation = simulation_of(options)
-    path = Path(options.output or f"{Path(options.scenario).stem}.nc")
+    path = Path(f"{Path(options.scenario).stem}.nc" if options.output is None else options.output)
     check_target(path, options.overwrite or options.resume)
     if path.suffix.lower() != ".nc":
         raise InputError(f"{path} must end in .nc: a result is a NetCDF file.")
@@ -72,13 +72,13 @@ def _run(options: argparse.Namespace) -> None:
                 stop=rules,
                 report=report,
             )
+        with dataset:
+            if not options.quiet:
+                done = "wrote" if _when_changed(path) != before else "nothing is left to do for"
+                remark(f"{done} {path}: {contents(dataset)}", kept(dataset), cost(dataset))
     except KeyboardInterrupt as interrupt:
         interrupt.kept = _what_is_kept(options, path, before)  # type: ignore[attr-defined]
         raise
-    with dataset:
-        if not options.quiet:
-            done = "wrote" if _when_changed(path) != before else "nothing is left to do for"
-            remark(f"{done} {path}: {contents(dataset)}", kept(dataset), cost(dataset))
 
 
 def _rules(texts: Sequence[str]) -> Sequence[StopRule]:

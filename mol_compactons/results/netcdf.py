@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import InputError, IntegrationError, require
-from mol_compactons.results.places import check_target, leftovers, new_part, sync_folder, why, written_whole
+from mol_compactons.results import checkpoint
+from mol_compactons.results.places import check_target, keep_mode, leftovers, new_part, sync_folder, why, written_whole
 from mol_compactons.results.recorder import Watch, in_one_row
-from mol_compactons.results.running_file import RunningFile, is_claimed
+from mol_compactons.results.running_file import RunningFile, is_claimed, is_wanted
 from mol_compactons.results.schema import COMPLETE, SERIES_TIME, Layout, describe
 from mol_compactons.runtime.netcdf import new_netcdf, open_netcdf
 
@@ -55,18 +56,27 @@ class NetCDFRecorder:
 
     def __init__(self, layout: Layout, path: Path, overwrite: bool) -> None:
         check_target(path, overwrite)
-        require(not is_claimed(path), f"Another run is writing {path}; wait for its end, or choose another name.")
         self.layout, self._path, self._place = layout, path, path
         self._t = 0.0
         self._replaces = path.exists()
+        self._replaced = _signature(path)
         self._part = new_part(path)
-        self._published = False
+        require(not is_wanted(path), f"Another run is writing {path}; wait for its end, or choose another name.")
+        self._published = self._goes_on = False
         self._ended: xr.Dataset | None = None
         try:
             self._file = RunningFile(self._part, layout)
         except (OSError, RuntimeError) as error:
             self._part.unlink(missing_ok=True)
             raise InputError(f"{path} cannot be written: {why(error, path.parent)}.") from None
+        if self._replaces and is_wanted(path, self._part):
+            self._give_up()
+            raise InputError(f"Another run is about to write {path}; wait for its end, or choose another name.")
+
+    @property
+    def is_published(self) -> bool:
+        """Whether the file has its name, and no other is there any more."""
+        return self._published
 
     @property
     def frames(self) -> int:
@@ -75,12 +85,13 @@ class NetCDFRecorder:
 
     def take_over(self, dataset: xr.Dataset, frames: int) -> None:
         """Begin with the first frames of an earlier result, which may be the one that is to be replaced."""
+        self._goes_on = True
         try:
             self._copy(dataset, frames)
         except BaseException:
             self._give_up()
             raise
-        self._publish()
+        self.publish()
 
     def _copy(self, dataset: xr.Dataset, frames: int) -> None:
         parts = self.layout.series_per_frame
@@ -117,18 +128,26 @@ class NetCDFRecorder:
             self._file.sync()
         if not self._published:
             if not self._replaces or self._file.frames > 1:
-                self._publish()
+                self.publish()
         elif not self._is_in_place():
             self._rescue()
-            where = f"saved as {self._place}" if self._place != self._path else "lost"
-            raise IntegrationError(f"Another program replaced or removed {self._path}; the frames so far were {where}.", t)
+            raise IntegrationError(
+                f"Another program replaced or removed {self._path}; the frames so far were {self._saved}.", t
+            )
 
     def alive(self) -> None:
         """Show that the run goes on, also where no frame has come for a while."""
         self._file.touch()
 
-    def _publish(self) -> None:
+    def publish(self) -> None:
         """Give the file its name; raises `InputError`, and gives it up, where another run or program has taken that."""
+        if self._published:
+            return
+        if self._replaces and _signature(self._path) != self._replaced:
+            self._rescue()
+            raise IntegrationError(f"Another program changed {self._path}; the frames so far were {self._saved}.", self._t)
+        if self._replaces:
+            keep_mode(self._path, self._part)
         try:
             require(not is_claimed(self._path), f"Another run has begun to write {self._path}; choose another name.")
             self._take_the_name()
@@ -136,6 +155,8 @@ class NetCDFRecorder:
             self._give_up()
             raise
         self._published = True
+        if not self._goes_on:
+            checkpoint.discard(self._path)
         sync_folder(self._path.parent)
         for leftover in leftovers(self._path):
             if not is_claimed(leftover):
@@ -194,6 +215,8 @@ class NetCDFRecorder:
             return self._end(attributes, memory, watch)
         finally:
             self._file.close()
+            if not self._published:
+                self._part.unlink(missing_ok=True)
 
     def _end(self, attributes: dict[str, Any], memory: bytes, watch: Watch) -> bool:
         trouble = None
@@ -207,8 +230,6 @@ class NetCDFRecorder:
             self._file.set_status(str(attributes["status"]))
         if trouble:
             raise trouble
-        if not self._published and str(attributes["status"]).startswith("stopped"):
-            self._publish()
         if not self._published:
             self._keep_in_memory(attributes)
             return False
@@ -225,7 +246,10 @@ class NetCDFRecorder:
         """A run that got nowhere leaves the earlier file as it is."""
         with open_netcdf(self._part) as dataset:
             self._ended = in_one_row(dataset.load()).assign_attrs(attributes)
-        self._part.unlink(missing_ok=True)
+
+    @property
+    def _saved(self) -> str:
+        return f"saved as {self._place}" if self._place != self._path else "lost"
 
     def _rescue(self) -> None:
         """Save the frames in another place."""
@@ -246,6 +270,15 @@ class NetCDFRecorder:
             return in_one_row(open_netcdf(self._place))
         except (OSError, ValueError):
             raise InputError(f"Another program replaced or removed {self._path} while the run went on.") from None
+
+
+def _signature(path: Path) -> tuple[int, int, int] | None:
+    """What changes when a file is replaced or written; None where there is none."""
+    try:
+        known = path.stat()
+    except OSError:
+        return None
+    return known.st_ino, known.st_mtime_ns, known.st_size
 
 
 def _name_once(part: Path, path: Path) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import itertools
 import os
 import re
+import secrets
 import shutil
 import sys
 from collections.abc import Iterator
@@ -34,8 +34,6 @@ REASONS = {
     errno.EIO: "the disk reports an error; choose another place",
 }
 """Why a file cannot be written, by the number of the system's error, and what to do."""
-
-_numbers = itertools.count()
 
 
 def why(error: BaseException, folder: Path) -> str:
@@ -102,14 +100,23 @@ def beside(path: Path, role: str) -> Path:
 
 def new_part(path: Path) -> Path:
     """A hidden name beside a file that nobody else uses, with the same ending, for what is to become that file."""
-    return path.with_name(f".{path.stem}.{os.getpid()}-{next(_numbers)}{path.suffix}")
+    return path.with_name(f".{path.stem}.{os.getpid()}-{secrets.token_hex(4)}{path.suffix}")
+
+
+def parts_of(path: Path) -> list[Path]:
+    """The hidden files beside a file that are to become it."""
+    return [part for part, _ in _parts(path)]
 
 
 def leftovers(path: Path) -> list[Path]:
-    """The hidden files beside a file that were to become it, of processes that have ended."""
-    pattern = re.compile(rf"\.{re.escape(path.stem)}\.(\d+)-\d+{re.escape(path.suffix)}")
+    """Those of processes that have ended."""
+    return [part for part, process in _parts(path) if not _is_alive(process)]
+
+
+def _parts(path: Path) -> list[tuple[Path, int]]:
+    pattern = re.compile(rf"\.{re.escape(path.stem)}\.(\d+)-[0-9a-f]+{re.escape(path.suffix)}")
     found = [(other, pattern.fullmatch(other.name)) for other in path.parent.iterdir()]
-    return [other for other, match in found if match and not _is_alive(int(match[1]))]
+    return [(other, int(match[1])) for other, match in found if match]
 
 
 def _is_alive(process: int) -> bool:
@@ -142,6 +149,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     part = new_part(path)
     try:
         yield part
+        keep_mode(path, part)
         with part.open("rb+") as file:
             os.fsync(file.fileno())
         part.replace(path)
@@ -153,6 +161,12 @@ def written_whole(path: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def keep_mode(path: Path, part: Path) -> None:
+    """Let what is to replace a file be open to whom that is."""
+    with contextlib.suppress(OSError):
+        shutil.copymode(path, part)
 
 
 def sync_folder(folder: Path) -> None:

@@ -45,6 +45,13 @@ class Recorder(Protocol):
     def frames(self) -> int:
         """How many frames are safe."""
 
+    @property
+    def is_published(self) -> bool:
+        """Whether others find the frames where they are to be."""
+
+    def publish(self) -> None:
+        """Let others find the frames, few as there may be."""
+
     def sync(self, t: float) -> None:
         """Make all frames safe."""
 
@@ -75,6 +82,11 @@ class MemoryRecorder:
         self._numbers[self.frames] = between[-1]
         self._often[self.frames] = self.layout.block(between)
         self.frames += 1
+
+    is_published = False
+
+    def publish(self) -> None:
+        """Nobody looks."""
 
     def sync(self, t: float) -> None:
         """Nothing is safer than it was."""

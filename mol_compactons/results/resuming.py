@@ -18,7 +18,7 @@ from mol_compactons.results.form import check_form, reading
 from mol_compactons.results.netcdf import CHECKPOINT, RESTART
 from mol_compactons.results.opening import open_result
 from mol_compactons.results.reading import field_names, space_of
-from mol_compactons.results.running_file import is_claimed
+from mol_compactons.results.running_file import is_wanted
 from mol_compactons.results.schema import COMPLETE, FRAMES_BEFORE
 from mol_compactons.runtime.netcdf import open_netcdf
 from mol_compactons.simulation import Simulation
@@ -83,17 +83,13 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
     InputError
         If another run is writing the file, it is no result, or its settings are others in more than the end.
     """
-    require(not is_claimed(path), f"Another run is writing {path}; wait for its end, or stop it.")
+    require(not is_wanted(path), f"Another run is writing {path}; wait for its end, or stop it.")
     dataset = open_result(path)
     try:
         with reading(path):
             check_form(dataset, path)
         stored = Simulation.from_json(str(dataset.attrs["simulation"]))
-        require(
-            dataset.sizes[space_of(dataset)] == stored.grid.size,
-            f"{path} holds {dataset.sizes[space_of(dataset)]} of the {stored.grid.size} points of its run, which cannot go on "
-            "from them; take the whole result.",
-        )
+        _insist_on_whole_rows(path, dataset, stored)
         _insist_on_the_same(path, stored, asked)
         simulation = _in_all(path, stored, asked, frames_before(dataset))
         with reading(path):
@@ -101,7 +97,7 @@ def look_for_earlier(path: Path, asked: Simulation) -> Earlier:
         require(frames > 0, f"{path} holds no whole frame to go on from; run again with --overwrite.")
         inside = _stored_memory(path)
         found = [checkpoint.last(path), inside]
-        usable = [one for one in found if one is not None and 0 < one.frames <= frames and _belongs(one, stored)]
+        usable = [one for one in found if one is not None and 0 < one.frames <= frames and _belongs(one, stored, simulation)]
         best = max(usable, key=lambda one: one.t, default=None)
         return Earlier(dataset, simulation, best.frames if best else frames, best, inside is not None)
     except BaseException:
@@ -146,10 +142,25 @@ def _told(setting: Any) -> str:
     return shown(json.dumps(setting))
 
 
-def _belongs(found: Checkpoint, stored: Simulation) -> bool:
-    """Whether a checkpoint is one of the simulation that a result holds."""
+def _insist_on_whole_rows(path: Path, dataset: xr.Dataset, stored: Simulation) -> None:
+    """Refuse a result whose fields are not along t and all the points of its run, as one that was thinned or turned."""
+    space = space_of(dataset)
+    points, order = dataset[space].values, {dataset[name].dims for name in field_names(dataset)}
+    require(
+        np.array_equal(points, stored.grid.coordinates) and order == {("t", space)},
+        f"{path} is not as its run wrote it: its points are other than the {stored.grid.size} of the run, or its dimensions "
+        "stand in another order; only the result itself can go on.",
+    )
+
+
+def _belongs(found: Checkpoint, stored: Simulation, simulation: Simulation) -> bool:
+    """Whether a checkpoint is one of the simulation that a result holds, with frames at the same times as far as both go."""
     ours, theirs = encode(stored), json.loads(found.simulation)
-    return all(name in MAY_DIFFER or ours[name] == theirs.get(name) for name in ours)
+    if not all(name in MAY_DIFFER or ours[name] == theirs.get(name) for name in ours):
+        return False
+    times = Simulation.from_json(found.simulation).times
+    shared = min(times.size, simulation.frames)
+    return np.array_equal(times[:shared], simulation.times[:shared])
 
 
 def _whole_frames(dataset: xr.Dataset, simulation: Simulation) -> int:

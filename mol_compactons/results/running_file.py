@@ -14,6 +14,7 @@ import os
 import shutil
 import socket
 import time
+import weakref
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mol_compactons.results.places import parts_of
 from mol_compactons.results.recorder import PART
 from mol_compactons.results.schema import Layout, describe
 
@@ -43,6 +45,18 @@ COUNT_PLACE, COUNT_SIZE = 4, 4
 """Where the header has the number of frames, and in how many bytes, the highest first."""
 
 PLACEHOLDER = "@" * STATUS_ROOM
+
+_open_files: weakref.WeakSet[RunningFile] = weakref.WeakSet()
+"""Those of this process; a process that is forked from it would keep their claims."""
+
+
+def _let_go() -> None:
+    for file in list(_open_files):
+        file.close()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_let_go)
 
 _NUMBERS = {int: ("i4",), float: ("f8",)}
 
@@ -75,6 +89,7 @@ class RunningFile:
         self.frames = 0
         self._file = path.open("xb+", buffering=0)
         claim(self._file.fileno())
+        _open_files.add(self)
         self._write(0, header)
         self.set_status("running")
 
@@ -228,6 +243,11 @@ def claim(descriptor: int) -> None:
         raise
     except OSError:  # a file system without claims
         return
+
+
+def is_wanted(path: Path, own: Path | None = None) -> bool:
+    """Whether a run that is alive, other than the one that writes its own part, writes the file or is going to replace it."""
+    return is_claimed(path) or any(is_claimed(part) for part in parts_of(path) if part != own)
 
 
 def is_claimed(path: Path) -> bool:

@@ -107,6 +107,9 @@ class _Target(io.RawIOBase):
             self.error = self.error or error
         return len(content)
 
+    def flush(self) -> None:
+        """Nothing waits here."""
+
     def readinto(self, room: Any) -> int:
         """Read from the current place."""
         return self._file.readinto(room) or 0

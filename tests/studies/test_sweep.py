@@ -158,3 +158,12 @@ def test_a_signal_ends_a_sweep_in_order(tmp_path: Path) -> None:
         study.send_signal(signal.SIGTERM)
         assert study.wait(timeout=60) != 0
     assert 1 <= len(rows_of(folder)) < 20
+
+
+def test_the_script_of_the_page_runs_as_it_stands(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    (tmp_path / "script.py").write_text(page.split("```python\n")[1].split("```")[0], encoding="utf-8")
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "grid_viscosity" in done.stdout
+    assert "<xarray.DataArray 'W' (speed: 3, grid_viscosity: 2)>" in done.stdout
