@@ -227,7 +227,7 @@ class Simulation(Settings):
         shared = min(self.frames, longer.frames)
         require(
             np.array_equal(longer.times[:shared], self.times[:shared]),
-            f"t_end = {t_end:g} is no multiple of the distance of the frames, {float(spacing):.12g}; choose one, as "
+            f"t_end = {t_end:.12g} is no multiple of the distance of the frames, {float(spacing):.12g}; choose one, as "
             f"{float(spacing * max(count, 1)):.12g} or {float(spacing * (max(count, 1) + 1)):.12g}.",
         )
         return longer

@@ -115,7 +115,10 @@ def leftovers(path: Path) -> list[Path]:
 
 def _parts(path: Path) -> list[tuple[Path, int]]:
     pattern = re.compile(rf"\.{re.escape(path.stem)}\.(\d+)-[0-9a-f]+{re.escape(path.suffix)}")
-    found = [(other, pattern.fullmatch(other.name)) for other in path.parent.iterdir()]
+    start = f".{path.stem}."
+    with os.scandir(path.parent) as entries:
+        names = [entry.name for entry in entries if entry.name.startswith(start)]
+    found = [(path.with_name(name), pattern.fullmatch(name)) for name in names]
     return [(other, int(match[1])) for other, match in found if match]
 
 

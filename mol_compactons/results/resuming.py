@@ -59,8 +59,9 @@ class Earlier:
 
     @property
     def is_enough(self) -> bool:
-        """Whether nothing is left to do."""
-        return str(self.dataset.attrs["status"]) == COMPLETE and self.frames == self.simulation.frames
+        """Whether nothing is left to do: it is complete, and no checkpoint beside it waits to become a part of it."""
+        whole = str(self.dataset.attrs["status"]) == COMPLETE and self.frames == self.simulation.frames
+        return whole and (self.keeps_itself or self.checkpoint is None)
 
     @property
     def frames_before(self) -> list[int]:

@@ -59,8 +59,9 @@ def test_a_task_whose_process_is_killed_runs_again_and_no_other_does(engine: Eng
     made = dict(engine.results(doubled, [(str(tmp_path), number) for number in range(16)]))
     assert made == {number: 2 * number for number in range(16)}
     times = Counter(map(int, noted(tmp_path)))
-    assert times[3] == times[11] == 2
-    if isinstance(engine, Processes):  # a scheduler may move tasks that wait
+    assert min(times[3], times[11]) >= 2
+    if isinstance(engine, Processes):  # a scheduler runs again whatever the worker had, too
+        assert times[3] == times[11] == 2
         assert sum(times.values()) == 18
 
 
