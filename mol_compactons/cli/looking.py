@@ -13,7 +13,7 @@ from mol_compactons.cli.common import add_import, contents, cost, kept, save
 from mol_compactons.cli.scenarios import import_module, listing
 from mol_compactons.cli.speaking import tell
 from mol_compactons.cli.studies import print_study
-from mol_compactons.cli.sweeps import print_sweep
+from mol_compactons.cli.sweeps import is_sweep, picture_of_sweep, print_sweep
 from mol_compactons.errors import InputError
 from mol_compactons.results.form import check_form, reading, settings_of, understanding
 from mol_compactons.results.opening import open_result, open_study, status_of
@@ -69,8 +69,10 @@ def add_track(commands: Commands) -> None:
 
 def add_plot(commands: Commands) -> None:
     """The command plot."""
-    parser = commands.add_parser("plot", help="draw a result: the waterfall and the drift of the invariants")
-    parser.add_argument("result", metavar="FILE.nc")
+    parser = commands.add_parser(
+        "plot", help="draw a result (the waterfall and the drift of the invariants), a study or a sweep"
+    )
+    parser.add_argument("result", metavar="FILE.nc|FOLDER")
     parser.add_argument("-o", "--output", metavar="FILE.png", help="where to write (default: the result's name)")
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     parser.set_defaults(handle=_plot)
@@ -164,6 +166,11 @@ def _plot(options: argparse.Namespace) -> None:
     from mol_compactons.figures import convergence_overview, orbit_overview, overview
 
     result = Path(options.result)
+    if is_sweep(result):
+        path = Path(options.output or f"{result}.png")
+        check_target(path, options.overwrite)
+        save(picture_of_sweep(result), path)
+        return
     with reading(result), open_result(result) as dataset:
         path = Path(options.output or result.with_suffix(".png"))
         if "family" in dataset.attrs:

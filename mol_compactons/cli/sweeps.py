@@ -19,12 +19,13 @@ from mol_compactons.errors import InputError, require, shown
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies.members import FAILED
 from mol_compactons.studies.plan import Axis, Plan, drawn
-from mol_compactons.studies.store import plan_of, rows_of, what_is_kept
+from mol_compactons.studies.store import PLAN, plan_of, rows_of, what_is_kept
 from mol_compactons.studies.sweep import TABLE, Progress, Tell, sweep, tell_nobody
 from mol_compactons.studies.table import MISSING, table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from mol_compactons.cli.common import Commands
 
@@ -171,12 +172,31 @@ def summary(result: xr.Dataset) -> list[str]:
     return lines + ([f"and for {len(reasons) - REASONS_SHOWN} other reasons"] if len(reasons) > REASONS_SHOWN else [])
 
 
-def print_sweep(folder: Path) -> None:
-    """Say what is in the folder of a sweep, also while it runs."""
+def is_sweep(path: Path) -> bool:
+    """Whether a path is the folder of a study."""
+    return (path / PLAN).is_file()
+
+
+def _table_of(folder: Path) -> tuple[dict[str, Any], xr.Dataset]:
+    """The plan of a sweep, and its table as far as it has come."""
     plan = plan_of(folder)
     require("axes" in plan, f"{folder} holds the members of a convergence study that has not ended; run its command again.")
-    result = table(plan, rows_of(folder).values())
+    return plan, table(plan, rows_of(folder).values())
+
+
+def print_sweep(folder: Path) -> None:
+    """Say what is in the folder of a sweep, also while it runs."""
+    plan, result = _table_of(folder)
     tell(*_axes(plan), *summary(result), *_numbers(result))
+
+
+def picture_of_sweep(folder: Path) -> Figure:
+    """The picture of a sweep, also while it runs."""
+    from mol_compactons.figures import sweep_overview
+
+    plan, result = _table_of(folder)
+    varied = ", ".join(path for axis in plan["axes"] for path in axis["fields"])
+    return sweep_overview(result.assign_attrs(title=f"Sweep over {varied}: {'; '.join(summary(result)[:1])}"))
 
 
 def _axes(plan: Mapping[str, Any]) -> Sequence[str]:

@@ -5,5 +5,16 @@ from mol_compactons.figures.orbits import orbit_overview
 from mol_compactons.figures.results import drifts, overview, waterfall
 from mol_compactons.figures.stability import stability_overview
 from mol_compactons.figures.studies import convergence_overview
+from mol_compactons.figures.sweeps import sweep_overview, sweep_panel
 
-__all__ = ["convergence_overview", "drifts", "orbit_overview", "overview", "side_by_side", "stability_overview", "waterfall"]
+__all__ = [
+    "convergence_overview",
+    "drifts",
+    "orbit_overview",
+    "overview",
+    "side_by_side",
+    "stability_overview",
+    "sweep_overview",
+    "sweep_panel",
+    "waterfall",
+]

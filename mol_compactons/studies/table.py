@@ -27,8 +27,8 @@ MEANINGS = {
     "height_before": "height before the first collision",
     "height_after": "height after the first collision",
     "phase_shift": "phase shift of the first collision",
-    "mass_left": "integral of the field outside of the waves",
-    "momentum_left": "half the integral of the square of the field outside of the waves",
+    "mass_left": "mass outside of the waves",
+    "momentum_left": "momentum outside of the waves",
     "height_left": "largest size of the field outside of the waves",
 }
 """The long names of the variables of a table."""

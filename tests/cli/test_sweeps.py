@@ -29,6 +29,8 @@ def test_a_sweep_runs_is_told_and_goes_on(capfd: pytest.CaptureFixture[str]) -> 
     told = capfd.readouterr().out
     assert "varied: grid.size = 5, 60" in told
     assert "momentum_drift: " in told
+    assert main(["plot", "single_compacton_sweep"]) == 0
+    assert Path("single_compacton_sweep.png").read_bytes().startswith(b"\x89PNG")
     assert len(list(Path("single_compacton_sweep/members").glob("*.nc"))) == 3
 
 
