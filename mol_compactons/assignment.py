@@ -20,7 +20,7 @@ Importer = Callable[[str], None]
 """Imports a module by its name."""
 
 
-def _nothing(module: str) -> None:
+def import_nothing(module: str) -> None:
     """An `Importer` that imports nothing."""
 
 
@@ -41,7 +41,7 @@ _OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 }
 
 
-def assign(instance: T, changes: Mapping[str, Any], importing: Importer = _nothing) -> T:
+def assign(instance: T, changes: Mapping[str, Any], importing: Importer = import_nothing) -> T:
     """A copy of a dataclass in which the fields at some dotted paths have new values, changed in order and checked at the end.
 
     Parameters
@@ -64,7 +64,7 @@ def assign(instance: T, changes: Mapping[str, Any], importing: Importer = _nothi
     return typing.cast(T, decode(type(instance), tree))
 
 
-def change(cls: type, tree: Any, changes: Mapping[str, Any], importing: Importer = _nothing) -> None:
+def change(cls: type, tree: Any, changes: Mapping[str, Any], importing: Importer = import_nothing) -> None:
     """Change an encoded dataclass in place, without checking what comes out.
 
     Parameters

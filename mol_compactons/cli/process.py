@@ -16,12 +16,13 @@ LOADING_INTERRUPTED = b"mol-compactons: interrupted; nothing was written.\n"
 def program() -> int:
     """The command line as a process of its own, whose streams may be closed, full or without a listener."""
     _fill_missing_descriptors()
-    python_s_own = signal.getsignal(signal.SIGINT)
-    if python_s_own is signal.default_int_handler:
+    heeded = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if heeded:
         signal.signal(signal.SIGINT, _leave)
     from mol_compactons.cli.parser import main
 
-    signal.signal(signal.SIGINT, python_s_own)
+    if heeded:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     status = main()
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)

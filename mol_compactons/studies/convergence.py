@@ -17,6 +17,7 @@ from mol_compactons.results.opening import write_tree
 from mol_compactons.results.reading import conserved_names, field_names
 from mol_compactons.results.schema import COMPLETE, attributes
 from mol_compactons.running import run
+from mol_compactons.runtime.netcdf import open_netcdf
 from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import modules
@@ -110,6 +111,8 @@ class Task:
 
     Parameters
     ----------
+    name : str
+        A digest of its settings and its place.
     tree : dict
         Its simulation as JSON-ready data.
     place : dict
@@ -120,15 +123,11 @@ class Task:
         Where its result is kept; empty if nowhere.
     """
 
+    name: str
     tree: dict[str, Any]
     place: dict[str, Any]
     modules: modules.Modules
-    path: str = ""
-
-    @property
-    def name(self) -> str:
-        """A digest of its settings."""
-        return digest(self.tree)
+    path: str
 
 
 @dataclass(frozen=True)
@@ -144,8 +143,8 @@ class Ended:
 def _task(member: Member, store: Store | None) -> Task:
     tree = encode(member.simulation)
     place = {name: getattr(member, name) for name in ("label", "limit", "scheme", "viscosity", "tolerance")}
-    path = str(store.path_of(digest([tree, place])).resolve()) if store else ""
-    return Task(tree, place, modules.modules_of(tree), path)
+    name = digest([tree, place])
+    return Task(name, tree, place, modules.modules_of(tree), str(store.path_of(name).resolve()) if store else "")
 
 
 def _run_all(tasks: Sequence[Task], engine: Engine, watch: Watch, store: Store | None, notice: Notice) -> list[Ended]:
@@ -168,13 +167,14 @@ def _run_all(tasks: Sequence[Task], engine: Engine, watch: Watch, store: Store |
 
 
 def _kept(task: Task) -> Ended | None:
-    """What an earlier call kept of a member."""
-    import xarray as xr
-
+    """What an earlier call kept of a member; None where that is nothing, or cannot be read."""
     if not task.path or not Path(task.path).is_file():
         return None
-    with xr.open_dataset(task.path, engine="h5netcdf") as dataset:
-        return Ended(task.place["label"], dataset.load(), "")
+    try:
+        with open_netcdf(Path(task.path)) as dataset:
+            return Ended(task.place["label"], dataset.load(), "")
+    except OSError:
+        return None
 
 
 def carry_out(task: Task) -> Ended:

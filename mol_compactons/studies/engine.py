@@ -185,13 +185,16 @@ class Cluster(Engine):
 
             futures = client.map(work, tasks, pure=False)
             numbers = {future.key: number for number, future in enumerate(futures)}
-            for future in as_completed(futures, loop=client.loop):
+            ending = as_completed(futures, loop=client.loop)
+            while not ending.is_empty():
+                for future in ending.next_batch(block=False):
+                    try:
+                        yield numbers[future.key], future.result()
+                    except KilledWorker as error:
+                        yield numbers[future.key], Lost(f"its worker was killed again and again ({error.task})")
+                    future.release()
                 watch()
-                try:
-                    yield numbers[future.key], future.result()
-                except KilledWorker as error:
-                    yield numbers[future.key], Lost(f"its worker was killed again and again ({error.task})")
-                future.release()
+                time.sleep(WATCH_SECONDS)
         finally:
             client.close()
 

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from mol_compactons.assignment import Importer, change
+from mol_compactons.assignment import Importer, change, import_nothing
 from mol_compactons.configuration import Settings, decode, encode
 from mol_compactons.errors import require, shown
 from mol_compactons.simulation import Simulation, brief
@@ -26,10 +26,6 @@ TOGETHER = "member"
 
 NAME_DIGITS = 16
 """How many hexadecimal digits of its digest name a member."""
-
-
-def nothing_imported(module: str) -> None:
-    """The `Importer` of a plan whose values name no class of another module."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +118,7 @@ class Plan:
 
     simulation: Simulation
     axes: Sequence[Axis]
-    importing: Importer = field(default=nothing_imported, repr=False, compare=False)
+    importing: Importer = field(default=import_nothing, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require(bool(self.axes), "A study varies nothing; name a field and its values, as grid.size=300,600.")
@@ -208,7 +204,7 @@ def digest(tree: Any) -> str:
     return hashlib.sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()[:NAME_DIGITS]
 
 
-def product(simulation: Simulation, varied: Mapping[str, Sequence[Any]], importing: Importer = nothing_imported) -> Plan:
+def product(simulation: Simulation, varied: Mapping[str, Sequence[Any]], importing: Importer = import_nothing) -> Plan:
     """All combinations of the values of some fields.
 
     Parameters
@@ -223,12 +219,12 @@ def product(simulation: Simulation, varied: Mapping[str, Sequence[Any]], importi
     return Plan(simulation, [Axis({path: tuple(values)}) for path, values in varied.items()], importing)
 
 
-def together(simulation: Simulation, varied: Mapping[str, Sequence[Any]], importing: Importer = nothing_imported) -> Plan:
+def together(simulation: Simulation, varied: Mapping[str, Sequence[Any]], importing: Importer = import_nothing) -> Plan:
     """The first values of all fields, the second ones, and so on; parameters as for `product`."""
     return Plan(simulation, [Axis({path: tuple(values) for path, values in varied.items()})], importing)
 
 
-def listed(simulation: Simulation, members: Sequence[Mapping[str, Any]], importing: Importer = nothing_imported) -> Plan:
+def listed(simulation: Simulation, members: Sequence[Mapping[str, Any]], importing: Importer = import_nothing) -> Plan:
     """Members one by one, each by its changes; a field that one does not change has the value of the simulation there."""
     require(len(members) > 0, "The list of members is empty; give at least one.")
     own = encode(simulation)
