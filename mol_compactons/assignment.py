@@ -8,6 +8,7 @@ import re
 import typing
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, TypeVar
 
 from mol_compactons.configuration import alternatives, decode, describe, did_you_mean, encode, hints_of, item_hint, value_hint
@@ -82,9 +83,8 @@ def change(cls: type, tree: Any, changes: Mapping[str, Any], importing: Importer
         If a path does not exist, or a text cannot be read.
     """
     for path, value in changes.items():
-        known = list(_paths(cls, tree))
-        if path not in known:
-            raise InputError(f"{shown(path)} is not a field of {cls.__name__}; {did_you_mean(path, known)}")
+        if not _exists(cls, tree, path.split(".")):
+            raise InputError(f"{shown(path)} is not a field of {cls.__name__}; {did_you_mean(path, list(_paths(cls, tree)))}")
         _replace(cls, tree, path.split("."), value, importing)
 
 
@@ -103,12 +103,19 @@ def _branches(hint: Any, branch: Any) -> dict[str, Any]:
     if "type" not in branch:
         values = [value_hint(item) for item in alternatives(hint) if value_hint(item) is not None]
         return dict.fromkeys(branch, values[0]) if values else {}
-    return hints_of(find(alternatives(hint), str(branch["type"]), describe(hint)))
+    return hints_of(find(alternatives(hint), str(branch["type"]), partial(describe, hint)))
 
 
 def _below(branch: Any, part: str) -> Any:
     """One part of an encoded branch; None where the field has its default."""
     return branch[int(part)] if isinstance(branch, list) else branch.get(part)
+
+
+def _exists(hint: Any, branch: Any, parts: list[str]) -> bool:
+    """Whether there is a path in an encoded tree."""
+    part, *rest = parts
+    branches = _branches(hint, branch)
+    return part in branches and (not rest or _exists(branches[part], _below(branch, part), rest))
 
 
 def _paths(hint: Any, branch: Any, prefix: str = "") -> Iterator[str]:
@@ -166,7 +173,7 @@ def _class_named(hint: Any, node: ast.expr) -> tuple[str, type] | None:
     bases: tuple[Any, ...] = tuple(base for item in hints for base in alternatives(item) if isinstance(base, type))
     if isinstance(node, ast.Attribute):
         module, _, cls = ast.unparse(node).rpartition(".")
-        return f"{module}:{cls}", find(bases, f"{module}:{cls}", describe(hint))
+        return f"{module}:{cls}", find(bases, f"{module}:{cls}", partial(describe, hint))
     if isinstance(node, ast.Name):
         known: dict[str, type] = {name: cls for base in bases for name, cls in loaded(base).items()}
         named = {name: cls for name, cls in known.items() if node.id in (name, cls.__name__)}

@@ -246,7 +246,7 @@ def decode(hint: Any, data: Any) -> Any:
             return {key: decode(mapping[0], item) for key, item in data.items()}
         fields = dict(data)
         name = str(fields.pop("type", None))
-        cls: Any = find(alternatives(hint), name, describe(hint))
+        cls: Any = find(alternatives(hint), name, functools.partial(describe, hint))
         fields = cls.from_earlier(fields) if issubclass(cls, Settings) else fields
         hints = hints_of(cls)
         for field in fields:

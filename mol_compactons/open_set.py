@@ -75,7 +75,7 @@ def _is_current(cls: type) -> bool:
     return getattr(sys.modules.get(cls.__module__), cls.__name__, cls) is cls
 
 
-def find(bases: tuple[Any, ...], name: str, allowed: str) -> type:
+def find(bases: tuple[Any, ...], name: str, allowed: Callable[[], str]) -> type:
     """The class of a name below one of some bases.
 
     Parameters
@@ -84,8 +84,8 @@ def find(bases: tuple[Any, ...], name: str, allowed: str) -> type:
         What may stand there.
     name : str
         "Class" or "module:Class".
-    allowed : str
-        The same in words.
+    allowed : callable
+        Returns the same in words.
 
     Raises
     ------
@@ -101,11 +101,11 @@ def find(bases: tuple[Any, ...], name: str, allowed: str) -> type:
     name = name if len(name) < LONGEST_SHOWN else f"{name[:LONGEST_SHOWN]}..."
     module, colon, _ = name.partition(":")
     if not colon:
-        raise InputError(f"{name} is not allowed here; it must be {allowed}.")
+        raise InputError(f"{name} is not allowed here; it must be {allowed()}.")
     if module in sys.modules:
-        raise InputError(f"{name} is not allowed here: {module} is loaded, and holds no such class; it must be {allowed}.")
+        raise InputError(f"{name} is not allowed here: {module} is loaded, and holds no such class; it must be {allowed()}.")
     raise InputError(
-        f"{name} is not loaded, or not {allowed}; import {module} first (on the command line: --import {module}). No module "
+        f"{name} is not loaded, or not {allowed()}; import {module} first (on the command line: --import {module}). No module "
         "is imported because a file names it."
     )
 

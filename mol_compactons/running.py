@@ -6,6 +6,7 @@ import contextlib
 import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -115,10 +116,41 @@ def run(
             return earlier.dataset
         course = _going_on(earlier, target, stop)
     else:
-        course = _from_the_start(simulation, target, overwrite, stop)
+        course = _from_the_start(simulation, target, _recording(target, overwrite), stop)
     course.show_to(observe)
     with stopping_on_signals(report) as watch:
-        return course.run(watch, keep_checkpoints)
+        course.go(watch, keep_checkpoints)
+    return course.recorder.dataset()
+
+
+def _recording(path: Path | None, overwrite: bool) -> Callable[[Layout], Recorder]:
+    """What makes the recorder of a run, in memory or into a file."""
+    if path is None:
+        return MemoryRecorder
+    from mol_compactons.results.netcdf import NetCDFRecorder
+
+    return partial(NetCDFRecorder, path=path, overwrite=overwrite)
+
+
+def recorded(simulation: Simulation) -> MemoryRecorder:
+    """Integrate a simulation into memory, for those who make many: no Dataset is made before one is asked for.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        What to run.
+
+    Raises
+    ------
+    InputError, IntegrationError
+        As `run`.
+    """
+    course = _from_the_start(simulation, None, MemoryRecorder, ())
+    with stopping_on_signals(no_report) as watch:
+        course.go(watch, keep_checkpoints=False)
+    recorder = course.recorder
+    assert isinstance(recorder, MemoryRecorder)
+    return recorder
 
 
 def _place(path: Path, may_exist: bool) -> Path:
@@ -134,16 +166,15 @@ def _check_arguments(simulation: Simulation, stop: Sequence[StopRule], observe: 
     require(observe is None or callable(observe), f"observe = {shown(observe)} must be a function of t and the state.")
 
 
-def _from_the_start(simulation: Simulation, path: Path | None, overwrite: bool, stop: Sequence[StopRule]) -> Course:
-    from mol_compactons.results.netcdf import NetCDFRecorder
-
+def _from_the_start(
+    simulation: Simulation, path: Path | None, recording: Callable[[Layout], Recorder], stop: Sequence[StopRule]
+) -> Course:
     system = simulation.discretize()
     state = simulation.initial_state()
     integration = simulation.integrator.start(system, state, simulation.t_end)
     layout = _layout(simulation, system, state)
     watchers = [rule.begin(system, 0.0, _view(state)) for rule in stop]
-    recorder: Recorder = MemoryRecorder(layout) if path is None else NetCDFRecorder(layout, path, overwrite)
-    course = Course(simulation, system, path, integration, recorder, watchers)
+    course = Course(simulation, system, path, integration, recording(layout), watchers)
     course.record(0.0, state)
     return course
 
@@ -216,7 +247,7 @@ class Course:
         watchers: Sequence[Watcher] = (),
         began: Checkpoint | None = None,
     ) -> None:
-        self._simulation, self._path, self._integration, self._recorder = simulation, path, integration, recorder
+        self._simulation, self._path, self._integration, self.recorder = simulation, path, integration, recorder
         self._times = simulation.times
         self._system = system
         self._watchers = watchers
@@ -238,7 +269,7 @@ class Course:
     def record(self, t: float, state: Array) -> None:
         """Take a frame."""
         self._take_numbers(t, state)
-        self._recorder.append(state, np.array(self._between))
+        self.recorder.append(state, np.array(self._between))
         self._recorded += 1
         self._between = []
         self._show(t, state)
@@ -247,7 +278,7 @@ class Course:
         """Take the numbers along t."""
         self._t, self._latest = t, {"t": np.array(t), "state": state}
         numbers = _numbers(self._system.invariants(state) | self._system.diagnostics(state))
-        self._between.append([t, *(numbers[name] for name in self._recorder.layout.series)])
+        self._between.append([t, *(numbers[name] for name in self.recorder.layout.series)])
 
     def _advance(self, t: float, report: Report) -> Array:
         """The state at the next frame, with the numbers along t on the way to it."""
@@ -262,15 +293,15 @@ class Course:
             self._observe(t, _view(state))
 
     def _so_far(self) -> xr.Dataset:
-        self._recorder.sync(self._t)
-        return self._recorder.dataset()
+        self.recorder.sync(self._t)
+        return self.recorder.dataset()
 
     def _stop_if(self, t: float, reasons: Sequence[str]) -> None:
         said = [reason for reason in reasons if reason]
         if said:
             raise _Stop(f"stopped at t = {t:.6g}: {'; '.join(said)}")
 
-    def run(self, report: Report, keep_checkpoints: bool) -> xr.Dataset:
+    def go(self, report: Report, keep_checkpoints: bool) -> None:
         """Go on to the end, and close the recorder, whatever happens."""
         status, failure = "", None
         try:
@@ -300,9 +331,8 @@ class Course:
             failure = self._close(status, report, failure, keep_checkpoints)
         if failure:
             with contextlib.suppress(InputError):
-                failure.dataset = self._recorder.dataset()
+                failure.dataset = self.recorder.dataset()
             raise failure
-        return self._recorder.dataset()
 
     def _watching(self, report: Report) -> Report:
         """A report that keeps checkpoints as the clock goes."""
@@ -310,7 +340,7 @@ class Course:
         def watch(t: float) -> None:
             now = time.monotonic()
             if now - self._shown > ALIVE_SECONDS:
-                self._recorder.alive()
+                self.recorder.alive()
                 self._shown = now
             if self._path is not None and now - self._saved > CHECKPOINT_SECONDS:
                 self._save(t)
@@ -325,8 +355,8 @@ class Course:
         While another result still has the place of this one, so have its checkpoints.
         """
         assert self._path is not None
-        self._recorder.sync(t)
-        if self._recorder.frames and self._recorder.is_published:
+        self.recorder.sync(t)
+        if self.recorder.frames and self.recorder.is_published:
             with contextlib.suppress(InputError):
                 checkpoint.save(self._path, self._checkpoints, self._checkpoint())
                 self._checkpoints += 1
@@ -361,14 +391,14 @@ class Course:
         memory = self._checkpoint().to_bytes() if self._path is not None and not failure else b""
         try:
             if status.startswith("stopped"):
-                self._recorder.sync(self._t)
-                self._recorder.publish()
+                self.recorder.sync(self._t)
+                self.recorder.publish()
             if memory:
                 self._save(self._t)
         except IntegrationError as error:
             failure = failure or error
         try:
-            inside = self._recorder.close(attributes, memory, lambda: report(self._t) if done else None)
+            inside = self.recorder.close(attributes, memory, lambda: report(self._t) if done else None)
         except IntegrationError as error:
             return failure or error
         if self._path is not None and done and inside and not keep_checkpoints:

@@ -197,6 +197,14 @@ class Simulation(Settings):
         """The state at t = 0, shape (components, size)."""
         return superpose(self.initial, self.equation, self.grid)
 
+    def exact_state(self, t: float) -> NDArray[np.float64] | None:
+        """The solution of the equation at a time, shape (components, size), where the initial data are one exact wave.
+
+        That of the equation without any viscosity; None for other data.
+        """
+        wave = self.initial[0]
+        return wave.values(self.equation, self.grid, t) if len(self.initial) == 1 and wave.is_solution(self.equation) else None
+
     @property
     def times(self) -> NDArray[np.float64]:
         """The output times, shape (frames,): multiples of t_end / (frames - 1), each the float next to the exact quotient.

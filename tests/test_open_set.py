@@ -116,12 +116,12 @@ def test_of_two_classes_with_one_name_the_younger_counts() -> None:
 
 
 def test_a_name_is_found_below_any_of_some_bases() -> None:
-    assert find((Grid, Shape), f"{__name__}:Square", "a shape") is Square
-    assert find((Grid, Shape), "Grid", "a shape") is Grid
+    assert find((Grid, Shape), f"{__name__}:Square", lambda: "a shape") is Square
+    assert find((Grid, Shape), "Grid", lambda: "a shape") is Grid
     with pytest.raises(InputError, match="Square is not allowed here; it must be a grid or a shape"):
-        find((Grid, Shape), "Square", "a grid or a shape")
+        find((Grid, Shape), "Square", lambda: "a grid or a shape")
     with pytest.raises(InputError, match=r"tests\.nowhere:Square is not loaded, or not a shape; import tests\.nowhere first"):
-        find((Shape,), "tests.nowhere:Square", "a shape")
+        find((Shape,), "tests.nowhere:Square", lambda: "a shape")
 
 
 MODULE = """
@@ -155,24 +155,24 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 def test_no_module_is_imported_because_a_name_names_it(module: str) -> None:
     with pytest.raises(InputError, match=f"import {module} first"):
-        find((Shape,), f"{module}:Announced", "a shape")
+        find((Shape,), f"{module}:Announced", lambda: "a shape")
     assert module not in sys.modules
 
 
 def test_an_installed_package_may_announce_its_classes(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     announce(monkeypatch, f"{module}:Announced")
-    found = find((Shape,), f"{module}:Announced", "a shape")
+    found = find((Shape,), f"{module}:Announced", lambda: "a shape")
     assert (found.__name__, found().area()) == ("Announced", 5.0)
     assert module in sys.modules
 
 
 def test_a_module_that_is_announced_brings_all_its_classes(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     announce(monkeypatch, module)
-    assert find((Shape,), f"{module}:Announced", "a shape")().area() == 5.0
+    assert find((Shape,), f"{module}:Announced", lambda: "a shape")().area() == 5.0
 
 
 def test_what_others_announce_is_not_imported(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     announce(monkeypatch, f"{module}:Announced")
     with pytest.raises(InputError, match="other:Thing is not loaded"):
-        find((Shape,), "other:Thing", "a shape")
+        find((Shape,), "other:Thing", lambda: "a shape")
     assert module not in sys.modules

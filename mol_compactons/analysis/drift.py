@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mol_compactons.results.reading import conserved_along_t
 from mol_compactons.semidiscrete import drift_scale
@@ -34,7 +35,7 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
     result = series.copy()
     for name in series.data_vars if dataset.sizes["t"] else ():
         values = series[name]
-        scale, meaning = _scale(values)
+        scale, meaning = scale_of(values.values, values.attrs.get("magnitude"))
         result[name] = (values - values[0]) / (scale or 1.0)
         result[name].attrs = {
             "long_name": f"drift of the {name}, relative to {meaning}",
@@ -45,12 +46,19 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
     return result
 
 
-def _scale(values: xr.DataArray) -> tuple[float, str]:
-    """What a drift is relative to, and that in words; 0 where there is nothing but zeros."""
+def scale_of(values: NDArray[np.float64], magnitude: float | None) -> tuple[float, str]:
+    """What the drift of a quantity is relative to, and that in words; 0 where there is nothing but zeros.
+
+    Parameters
+    ----------
+    values : array, shape (times,)
+        The quantity.
+    magnitude : float or None
+        The sum of the sizes of the parts of its first value, where that is known.
+    """
     first, largest = abs(float(values[0])), float(np.abs(values).max())
-    magnitude = float(values.attrs.get("magnitude", largest))
-    if drift_scale(first, magnitude) == first and first > 0:
+    if drift_scale(first, largest if magnitude is None else float(magnitude)) == first and first > 0:
         return first, "its first value"
-    if "magnitude" in values.attrs and magnitude > 0:
-        return magnitude, "the sum of the sizes of its parts"
+    if magnitude is not None and magnitude > 0:
+        return float(magnitude), "the sum of the sizes of its parts"
     return largest, "its largest value"

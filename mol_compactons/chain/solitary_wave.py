@@ -112,3 +112,7 @@ class SolitaryWave(LocalizedWave):
                 lambda z: self.sign * profile(z), grid.offset(center), self.speed, lambda z: toward * profile.velocity(z)
             )
         )
+
+    def is_solution(self, equation: Equation) -> bool:
+        """So it is on a ring; elsewhere it comes to an end."""
+        return isinstance(equation, GranularChain) and equation.ends == "periodic"

@@ -4,7 +4,7 @@ from mol_compactons.figures.chain import side_by_side
 from mol_compactons.figures.orbits import orbit_overview
 from mol_compactons.figures.results import drifts, overview, waterfall
 from mol_compactons.figures.stability import stability_overview
-from mol_compactons.figures.studies import convergence_overview
+from mol_compactons.figures.studies import convergence_overview, schemes_overview
 from mol_compactons.figures.sweeps import sweep_overview, sweep_panel
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "drifts",
     "orbit_overview",
     "overview",
+    "schemes_overview",
     "side_by_side",
     "stability_overview",
     "sweep_overview",

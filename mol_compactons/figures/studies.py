@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,12 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+MARKERS = "osd^v<>pP*Xh"
+
+DASHES = ("-", "--", "-.", ":")
+"""With the markers they tell lines apart in grey."""
 
 
 def convergence_overview(tree: xr.DataTree) -> Figure:
@@ -61,3 +67,82 @@ def _ladder_panel(ladder: xr.Dataset, summary: xr.Dataset, axes: Axes) -> None:
     axes.set_xticks(spacing, [f"{h:.3g}" for h in spacing])
     axes.minorticks_off()
     axes.tick_params(labelsize=7)
+
+
+def schemes_overview(table: xr.Dataset) -> Figure:
+    """Discretisations beside each other: error against the number of points, error against CPU time, and drift.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        What `mol_compactons.studies.compare_schemes` returns, or several along ``problem``; a row for each problem and n.
+    """
+    from matplotlib.figure import Figure
+
+    rows = _rows_of(table)
+    figure = Figure(figsize=(12, 3.1 * len(rows) + 0.9), layout="constrained")
+    panels = figure.subplots(len(rows), 3, squeeze=False)
+    for (title, row), (errors, costs, drifts) in zip(rows, panels, strict=True):
+        _scheme_lines(row["size"], row["error"], errors)
+        _slopes(row, errors)
+        _scheme_lines(row["cpu_seconds"], row["error"], costs)
+        conserved = [str(name) for name in row.data_vars if str(name).endswith("_drift") and bool(row[name].notnull().any())]
+        name = "momentum_drift" if "momentum_drift" in conserved else conserved[0]
+        _scheme_lines(row["size"], row[name], drifts)
+        for axes, across, up in (
+            (errors, "points", "error"),
+            (costs, "CPU time [s]", "error"),
+            (drifts, "points", name.replace("_", " ")),
+        ):
+            axes.set(xlabel=across, ylabel=up)
+            axes.set_title(title, fontsize=9)
+            axes.tick_params(labelsize=8)
+    lines, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+    figure.suptitle(str(table.attrs.get("title", "")), fontsize="medium", wrap=True, parse_math=False)
+    return figure
+
+
+def _rows_of(table: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """The parts of a comparison that have one panel each, with their titles, without grids on which nothing ran."""
+    others = [str(name) for name in table["error"].dims if name not in ("scheme", "size")]
+    stacked = table.stack(row=others) if others else table.expand_dims(row=[()])
+    rows = []
+    for index, place in enumerate(stacked["row"].values):
+        told = [str(value) if name == "problem" else f"{name} = {value:g}" for name, value in zip(others, place, strict=True)]
+        row = stacked.isel(row=index, drop=True).dropna("size", how="all", subset=["error"])
+        if row.sizes["size"]:
+            rows.append((", ".join(told), row))
+    return rows
+
+
+def _scheme_lines(across: xr.DataArray, up: xr.DataArray, axes: Axes) -> None:
+    """A line for each scheme; what is zero has no place on a logarithmic axis."""
+    for number, scheme in enumerate(up["scheme"].values):
+        x: Any = across.sel(scheme=scheme) if "scheme" in across.dims else across
+        y = up.sel(scheme=scheme).values
+        axes.loglog(
+            x.values,
+            np.where(y > 0, y, np.nan),
+            marker=MARKERS[number % len(MARKERS)],
+            linestyle=DASHES[number % len(DASHES)],
+            color=f"C{number % 10}",
+            markersize=4,
+            linewidth=1,
+            label=str(scheme),
+        )
+    if "scheme" not in across.dims:
+        axes.set_xticks(across.values, [f"{value:g}" for value in across.values])
+        axes.minorticks_off()
+
+
+def _slopes(row: xr.Dataset, axes: Axes) -> None:
+    """The slopes of the orders 2, 4 and 6, and the error below which nothing is known."""
+    sizes = row["size"].values
+    limits = axes.get_ylim()
+    top = float(row["error"].max())
+    for order in (2, 4, 6):
+        axes.loglog(sizes, top * (sizes[0] / sizes) ** order, color="lightgrey", linewidth=0.7, zorder=0)
+    axes.set_ylim(limits)
+    if float(row["reference_error"]) > limits[0]:
+        axes.axhspan(limits[0], float(row["reference_error"]), color="0.93", zorder=0)

@@ -70,7 +70,7 @@ class MemoryRecorder:
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
-        self._attributes = layout.attributes
+        self.attributes = layout.attributes
         self.frames = 0
         self._numbers = np.empty((layout.frames, 1 + len(layout.series)))
         self._states = np.empty((layout.frames, len(layout.fields), layout.coordinates.size))
@@ -82,6 +82,16 @@ class MemoryRecorder:
         self._numbers[self.frames] = between[-1]
         self._often[self.frames] = self.layout.block(between)
         self.frames += 1
+
+    @property
+    def states(self) -> Array:
+        """The fields so far, shape (frames, components, size)."""
+        return self._states[: self.frames]
+
+    @property
+    def numbers(self) -> Array:
+        """The times and the series so far, shape (frames, 1 + numbers)."""
+        return self._numbers[: self.frames]
 
     is_published = False
 
@@ -96,7 +106,7 @@ class MemoryRecorder:
 
     def close(self, attributes: dict[str, Any], memory: bytes = b"", watch: Watch = lambda: None) -> bool:
         """End the recording; nothing can go on from it."""
-        self._attributes = self._attributes | attributes
+        self.attributes = self.attributes | attributes
         return False
 
     def dataset(self) -> xr.Dataset:
@@ -104,7 +114,7 @@ class MemoryRecorder:
         import xarray as xr
 
         layout, space = self.layout, self.layout.space
-        states, numbers = self._states[: self.frames], self._numbers[: self.frames]
+        states, numbers = self.states, self.numbers
         fields = {name: (("t", space), states[:, index], own) for index, (name, own) in enumerate(layout.fields.items())}
         series = {name: ("t", numbers[:, index], own) for index, (name, own) in enumerate(layout.series.items(), start=1)}
         coordinates = {
@@ -113,7 +123,7 @@ class MemoryRecorder:
         }
         often = self._often[: self.frames].swapaxes(0, 1)
         blocks = {name: (("t", PART), block, own) for (name, own), block in zip(layout.often.items(), often, strict=True)}
-        return in_one_row(xr.Dataset({**fields, **series, **blocks}, coordinates, self._attributes))
+        return in_one_row(xr.Dataset({**fields, **series, **blocks}, coordinates, self.attributes))
 
 
 def in_one_row(dataset: xr.Dataset) -> xr.Dataset:

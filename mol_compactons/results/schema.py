@@ -105,6 +105,7 @@ LONG_NAMES = {
     "continuum_width": "width at half the height in the continuum, in sites",
     "value": "value, extrapolated to the limit; of a profile its L2 norm",
     "error": "error",
+    "profile": "last profile to which the members tend",
     "space_error": "part of the error from the grid",
     "time_error": "part of the error from the tolerance of the integrator",
     "viscosity_error": "part of the error from the viscosity",

@@ -1,6 +1,7 @@
 """Studies: many runs of one simulation, here or on other machines, and what they say together."""
 
 from mol_compactons.studies.convergence import converge
+from mol_compactons.studies.discretisations import compare_schemes
 from mol_compactons.studies.engine import Cluster, Engine, Here, Processes
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.judgement import judge
@@ -17,6 +18,7 @@ __all__ = [
     "Here",
     "Plan",
     "Processes",
+    "compare_schemes",
     "converge",
     "drawn",
     "judge",

@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+LONGEST_NAME = 200
+"""How many characters of its label the name of a group has; NetCDF allows 256."""
+
+
 def converge(
     simulation: Simulation,
     family: Family | None = None,
@@ -62,8 +66,10 @@ def converge(
         ``scheme``, ``settling`` and ``reading``, the observed ``rate``, the ``scale`` that errors are relative to, ``verdict``
         and ``reason``, and along limit how many of its ``members`` ``failed``;
         ``ladder``: the distance of each member from what its scheme and viscosity tend to for h -> 0, along limit, scheme,
-        viscosity, size and quantity; ``members``: a group for each member that ran to its end, with its last frame, tracks
-        and conserved quantities. The attribute ``failed`` names those that did not; they are counted nowhere.
+        viscosity, size and quantity; ``profile``: the last profile to which the members tend, along limit and x, on the
+        points of the coarsest grid; ``schemes``: the discretisations side by side, see `compare_schemes`; ``members``: a
+        group for each member that ran to its end, under its label, with its last frame, tracks and conserved quantities. The
+        attribute ``failed`` names those that did not; they are counted nowhere.
 
     Raises
     ------
@@ -96,8 +102,14 @@ def converge(
         "failed": "\n".join(failed),
         "status": "complete",
     }
-    groups = {f"/members/{index:03d}": result for index, result in enumerate(results)}
+    groups = {f"/members/{group_name(str(result.attrs['label']))}": result for result in results}
     return judge(xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), "/members": xr.Dataset(), **groups}))
+
+
+def group_name(label: str) -> str:
+    """The name of a member's group: its label, as far as that can be the name of one."""
+    name = label.replace("/", "|")
+    return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]} {digest(name)}"
 
 
 def plan_of_study(simulation: Simulation, family: Family) -> dict[str, Any]:
@@ -129,6 +141,11 @@ class Task:
     modules: modules.Modules
     path: str
 
+    @property
+    def length(self) -> tuple[float, float]:
+        """What tells which of two members takes longer: the finer grid, and of one grid the tighter tolerance."""
+        return float(self.tree["grid"]["size"]), -float(self.place["tolerance"])
+
 
 @dataclass(frozen=True)
 class Ended:
@@ -151,6 +168,8 @@ def _run_all(tasks: Sequence[Task], engine: Engine, watch: Watch, store: Store |
     """What became of each member, in their order; those that are kept do not run again."""
     ended = {number: kept for number, task in enumerate(tasks) if (kept := _kept(task)) is not None}
     missing = [number for number in range(len(tasks)) if number not in ended]
+    if engine.longest_first:
+        missing.sort(key=lambda number: tasks[number].length, reverse=True)
     if ended:
         notice(f"{len(ended)}/{len(tasks)} have run before")
     for index, made in engine.results(carry_out, [tasks[number] for number in missing], watch):

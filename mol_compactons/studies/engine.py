@@ -11,7 +11,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from mol_compactons.errors import InputError, require, shown
 
@@ -47,6 +47,9 @@ class Lost(str):
 class Engine(ABC):
     """Does one piece of work for each of many tasks."""
 
+    longest_first: ClassVar[bool] = True
+    """Whether a study had better give its longest tasks first, so that no worker is left with one at the end."""
+
     @abstractmethod
     def results(
         self, work: Callable[[Task], Made], tasks: Sequence[Task], watch: Watch = never_ending
@@ -72,6 +75,8 @@ class Engine(ABC):
 @dataclass(frozen=True)
 class Here(Engine):
     """One task after the other, in this process and thread."""
+
+    longest_first = False
 
     def results(
         self, work: Callable[[Task], Made], tasks: Sequence[Task], watch: Watch = never_ending

@@ -30,6 +30,11 @@ class Cell(NamedTuple):
     viscosity: float
     tolerance: float
 
+    @property
+    def label(self) -> str:
+        """One line that tells it from the others."""
+        return f"{self.limit} {self.scheme} N={self.size} viscosity={self.viscosity:g} tolerance={self.tolerance:g}"
+
 
 @dataclass(frozen=True)
 class Member:
@@ -70,7 +75,7 @@ class Member:
     @property
     def label(self) -> str:
         """One line that tells it from the others."""
-        return f"{self.limit} {self.scheme} N={self.size} viscosity={self.viscosity:g} tolerance={self.tolerance:g}"
+        return self.cell.label
 
 
 @dataclass(frozen=True)

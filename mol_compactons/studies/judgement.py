@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 from mol_compactons.configuration import decode, encode
 from mol_compactons.results.schema import describe
+from mol_compactons.simulation import Simulation
+from mol_compactons.studies.discretisations import compare_schemes
 from mol_compactons.studies.evidence import Evidence, gather
 from mol_compactons.studies.extrapolation import distance
 from mol_compactons.studies.family import Cell, Family
@@ -66,7 +68,11 @@ def judge(study: xr.DataTree, accuracy: float | None = None) -> xr.DataTree:
     root = xr.Dataset(attrs=study.attrs | {"family": json.dumps(encode(family))})
     groups = {f"/members/{name}": member.to_dataset() for name, member in members.items()}
     own = {"/": root, "/summary": summary, "/ladder": _ladder(assessments, outcomes), "/members": xr.Dataset()}
-    return xr.DataTree.from_dict(own | groups)
+    own["/profile"] = _profile(assessments, outcomes)
+    tree = xr.DataTree.from_dict(own | groups)
+    if Simulation.from_json(str(root.attrs["simulation"])).scheme.refines:
+        tree["schemes"] = xr.DataTree(compare_schemes(tree))
+    return tree
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,6 +197,19 @@ def _summary(assessments: dict[str, dict[str, Assessment]]) -> xr.Dataset:
         },
         {"limit": list(assessments), "quantity": quantities},
     )
+
+
+def _profile(assessments: dict[str, dict[str, Assessment]], outcomes: Sequence[Outcome]) -> xr.Dataset:
+    """The profile to which the members tend in each limit, and how far it may be from the truth."""
+    import xarray as xr
+
+    coarsest = min(outcomes, key=lambda outcome: outcome.member.size).member.simulation.grid
+    unit = np.sqrt(coarsest.length / coarsest.size)  # of the outcomes, whose norm is that of the integral
+    known = [assessments[limit].get("profile", _unknown("")) for limit in assessments]
+    values = [np.broadcast_to(one.value / unit, coarsest.size) for one in known]
+    x = (str(coarsest.dimension), coarsest.coordinates, describe("x"))
+    profile = {"profile": (("limit", x[0]), values, describe("profile"))}
+    return xr.Dataset(profile, {"limit": list(assessments), x[0]: x})
 
 
 def _ladder(assessments: dict[str, dict[str, Assessment]], outcomes: Sequence[Outcome]) -> xr.Dataset:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mol_compactons.analysis.collisions import first_collision
 from mol_compactons.analysis.drift import drift
@@ -27,6 +28,8 @@ from mol_compactons.studies.store import Row
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Array = NDArray[np.float64]
 
 Quantity = Callable[["xr.Dataset"], float]
 """A number that is read from the result of a member; a function of a module, which another process can load."""
@@ -85,16 +88,30 @@ class Task:
 
 def carry_out(task: Task) -> Row:
     """Run a member, or go on with it where an earlier attempt was cut off, and say what it came to."""
-    started = time.monotonic()
-    row = task.row(COMPLETE, "")
     path = Path(task.path)
+
+    def result() -> Row:
+        with run(simulation_of(task), path, resume=True) as dataset:
+            return _measured(dataset, task)
+
+    started = time.monotonic()
     while is_claimed(path) and time.monotonic() - started < ORPHAN_PATIENCE:
         time.sleep(0.1)
+    return attempted(task, result)
+
+
+def simulation_of(task: Task) -> Simulation:
+    """The simulation of a member; raises `InputError` where its settings do not fit together."""
+    modules.load(task.modules)
+    return cast(Simulation, decode(Simulation, task.tree))
+
+
+def attempted(task: Task, result: Callable[[], Row]) -> Row:
+    """The row of a member: what it came to or, where that raises an error, why there is nothing."""
+    started = time.monotonic()
+    row = task.row(COMPLETE, "")
     try:
-        modules.load(task.modules)
-        simulation = cast(Simulation, decode(Simulation, task.tree))
-        with run(simulation, path, resume=True) as dataset:
-            row |= _measured(dataset, task)
+        row |= result()
     except (IntegrationError, InputError) as error:
         row |= {"status": FAILED, "reason": str(error)}
     except Exception as error:  # what the user's own classes raise
@@ -106,8 +123,23 @@ def carry_out(task: Task) -> Row:
 def _measured(dataset: xr.Dataset, task: Task) -> Row:
     """What is read from a result, as part of a row."""
     numbers: dict[str, Any] = {f"{name}_drift": float(abs(one).max()) for name, one in drift(dataset).data_vars.items()}
-    numbers |= {name: float(dataset.attrs[name]) for name in COSTS if name in dataset.attrs}
-    numbers |= _of_waves(dataset) if task.tracked else {}
+    numbers |= costs_of(dataset.attrs) | asked_of(dataset, task)
+    sizes = {str(dimension): size for dimension, size in dataset.sizes.items()}
+    variables = [(str(name), tuple(map(str, one.dims))) for name, one in dataset.data_vars.items()]
+    points = [one.values for _, one in sorted(dataset.coords.items(), key=str) if "t" not in one.dims]
+    times = Simulation.from_json(str(dataset.attrs["simulation"])).times
+    layout = layout_digest(variables, times, points)
+    return {"status": str(dataset.attrs["status"]), "quantities": numbers, "sizes": sizes, "layout": layout}
+
+
+def costs_of(attributes: Mapping[str, Any]) -> dict[str, float]:
+    """What a run has cost, from its attributes."""
+    return {name: float(attributes[name]) for name in COSTS if name in attributes}
+
+
+def asked_of(dataset: xr.Dataset, task: Task) -> dict[str, Any]:
+    """The numbers of the waves, and those that the user wants."""
+    numbers = _of_waves(dataset) if task.tracked else {}
     for name, quantity in task.quantities.items():
         try:
             numbers[name] = float(quantity(dataset))
@@ -115,15 +147,13 @@ def _measured(dataset: xr.Dataset, task: Task) -> Row:
             raise InputError(
                 f"The quantity {name} cannot be read from the result ({type(error).__name__}: {error}); correct the function."
             ) from None
-    sizes = {str(dimension): size for dimension, size in dataset.sizes.items()}
-    return {"status": str(dataset.attrs["status"]), "quantities": numbers, "sizes": sizes, "layout": _layout(dataset)}
+    return numbers
 
 
-def _layout(dataset: xr.Dataset) -> str:
-    """A digest of the variables, the points and the times of a result: members with one can be stacked."""
-    digest = hashlib.sha256(repr(sorted((str(name), one.dims) for name, one in dataset.data_vars.items())).encode())
-    points = [one.values for _, one in sorted(dataset.coords.items(), key=str) if "t" not in one.dims]
-    for values in (Simulation.from_json(str(dataset.attrs["simulation"])).times, *points):
+def layout_digest(variables: Sequence[tuple[str, tuple[str, ...]]], times: Array, points: Sequence[Array]) -> str:
+    """A digest of the variables, the times and the points of a result: members with one can be stacked."""
+    digest = hashlib.sha256(repr(sorted(variables)).encode())
+    for values in (times, *points):
         digest.update(np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()[:NAME_DIGITS]
 

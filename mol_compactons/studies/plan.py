@@ -129,9 +129,7 @@ class Plan:
             self.size <= MOST_MEMBERS,
             f"This study would have {float(self.size):.3g} members, and {MOST_MEMBERS} are allowed; give fewer values.",
         )
-        for axis, varied in enumerate(self.axes):
-            for place in range(len(varied)):
-                self._tree([place if other == axis else 0 for other in range(len(self.axes))])
+        assert self._read, "all values can be read"
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -164,7 +162,7 @@ class Plan:
     def __iter__(self) -> Iterator[Variant]:
         """The members, the last axis fastest."""
         for index in itertools.product(*(range(length) for length in self.shape)):
-            changes, tree = self._tree(index)
+            changes, tree = self._put_together(index) if self._independent else self._tree(index)
             yield Variant(index, changes, tree)
 
     def _tree(self, index: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -175,6 +173,36 @@ class Plan:
         tree = json.loads(self._encoded)
         change(Simulation, tree, changes, self.importing)
         return changes, tree
+
+    def _put_together(self, index: Sequence[int]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """The same from what has been read before, for fields that are no parts of each other."""
+        changes: dict[str, Any] = {}
+        tree = json.loads(self._encoded)
+        for number, (axis, place) in enumerate(zip(self.axes, index, strict=True)):
+            changes |= axis.at(place)
+            for path, text in self._read[number, place]:
+                *branches, last = path.split(".")
+                branch = tree
+                for part in branches:
+                    branch = branch[int(part)] if isinstance(branch, list) else branch[part]
+                branch[int(last) if isinstance(branch, list) else last] = json.loads(text)
+        return changes, tree
+
+    @cached_property
+    def _read(self) -> dict[tuple[int, int], list[tuple[str, str]]]:
+        """For each place of an axis its fields and, as JSON, what their values mean."""
+        read = {}
+        for number, axis in enumerate(self.axes):
+            for place in range(len(axis)):
+                _, tree = self._tree([place if other == number else 0 for other in range(len(self.axes))])
+                read[number, place] = [(path, json.dumps(_at(tree, path))) for path in axis.changes]
+        return read
+
+    @cached_property
+    def _independent(self) -> bool:
+        """Whether no varied field is a part of another."""
+        paths = [f"{path}." for axis in self.axes for path in axis.changes]
+        return not any(one != other and other.startswith(one) for one in paths for other in paths)
 
     @cached_property
     def _encoded(self) -> str:

@@ -77,10 +77,10 @@ class Store:
         """The last row of each member that has one, by its name."""
         return rows_of(self.folder)
 
-    def add(self, row: Row) -> None:
-        """Take note of what a member came to, safe on disk; raises `InputError` where that fails."""
+    def add(self, *rows: Row) -> None:
+        """Take note of what members came to, safe on disk; raises `InputError` where that fails."""
         with _in(self.folder):
-            self._rows.write(json.dumps(row).encode() + b"\n")
+            self._rows.write(b"".join(json.dumps(row).encode() + b"\n" for row in rows))
             self._rows.flush()
             os.fsync(self._rows.fileno())
 
@@ -136,8 +136,13 @@ def what_is_kept(folder: Path) -> str:
 
 
 def result_path(folder: Path, name: str) -> Path:
-    """Where the result of a member is."""
+    """Where the result of a member is that has a file of its own."""
     return folder / MEMBERS / f"{name}.nc"
+
+
+def file_of(row: Row) -> str:
+    """The name of the file in which a member is, alone or with others."""
+    return str(row.get("file", f"{row['name']}.nc"))
 
 
 def _whole_lines(path: Path) -> Any:

@@ -12,11 +12,12 @@ from mol_compactons.results.opening import write_tree
 from mol_compactons.results.schema import COMPLETE, attributes
 from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.simulation import Simulation
+from mol_compactons.studies.blocks import MANY, PER_FILE, Block, carry_out_all, units_of
 from mol_compactons.studies.engine import Engine, Here, Lost, Watch
-from mol_compactons.studies.members import FAILED, Quantity, Task, carry_out
+from mol_compactons.studies.members import FAILED, Quantity, Task
 from mol_compactons.studies.modules import modules_of
 from mol_compactons.studies.plan import Plan, product
-from mol_compactons.studies.store import Row, Store
+from mol_compactons.studies.store import MEMBERS, Row, Store, file_of
 from mol_compactons.studies.table import table
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def sweep(
     engine: Engine | None = None,
     quantities: Mapping[str, Quantity] | None = None,
     tracked: bool = True,
+    per_file: int | None = None,
     tell: Tell = tell_nobody,
 ) -> xr.Dataset:
     """Run a simulation with some of its fields varied, and return the table of what came out.
@@ -86,6 +88,9 @@ def sweep(
         Numbers of one's own, each a function of the Dataset of a member; for other processes, a function of a module.
     tracked : bool
         Whether the waves of the members are followed.
+    per_file : int, optional
+        How many small members share a file at most; by default each has its own, and of more than a thousand 50 share one.
+        What shares a file is lost together where its process is killed, and runs again from its beginning.
     tell : callable, optional
         Called with the progress when a member has ended.
 
@@ -99,6 +104,7 @@ def sweep(
     InputError
         If nothing is varied, a field does not exist, the folder holds another study or is in use, or the engine cannot begin.
     """
+    require(per_file is None or per_file >= 1, f"per_file = {per_file} must be at least 1.")
     require(isinstance(simulation, Plan) == (varied is None), "Give a plan, or a simulation and what is varied of it.")
     plan = simulation if isinstance(simulation, Plan) else product(simulation, varied or {})
     own = dict(quantities or {})
@@ -106,7 +112,9 @@ def sweep(
     store = Store(Path(folder), described)
     try:
         with stopping_on_signals(lambda t: None) as report:
-            _run_missing(store, tasks_of(plan, store, own, tracked), engine or Here(), lambda: report(0.0), tell)
+            tasks = tasks_of(plan, store, own, tracked)
+            per_file = per_file or (PER_FILE if len(tasks) > MANY else 1)
+            _run_missing(store, tasks, engine or Here(), lambda: report(0.0), tell, per_file)
     finally:
         rows = store.rows()
         store.close()
@@ -129,21 +137,32 @@ def tasks_of(plan: Plan, store: Store, quantities: Mapping[str, Quantity], track
     return list(tasks.values())
 
 
-def _run_missing(store: Store, tasks: Sequence[Task], engine: Engine, watch: Watch, tell: Tell) -> None:
-    """Run what has no complete result yet."""
-    known = store.rows()
-    missing = [task for task in tasks if not _is_done(known.get(task.name), Path(task.path))]
+def _run_missing(store: Store, tasks: Sequence[Task], engine: Engine, watch: Watch, tell: Tell, per_file: int) -> None:
+    """Run what has no complete result yet; members whose block lost its process, each by itself."""
+    missing = _missing(store, tasks)
     done, failed = len(tasks) - len(missing), 0
     tell(Progress(done, len(tasks), failed, "", ""))
-    for number, made in engine.results(carry_out, missing, watch):
-        row = missing[number].row(FAILED, str(made)) if isinstance(made, Lost) else made
-        store.add(row)
-        done, failed = done + 1, failed + (row["status"] == FAILED)
-        tell(Progress(done, len(tasks), failed, row["label"], row["reason"] or row["status"]))
+    units = list(units_of(missing, per_file, store.folder / MEMBERS))
+    while units:
+        lost: list[Task] = []
+        for number, made in engine.results(carry_out_all, units, watch):
+            unit = units[number]
+            if isinstance(unit, Block) and isinstance(made, Lost):
+                lost += unit.tasks
+                continue
+            rows = made if not isinstance(made, Lost) else [unit.row(FAILED, str(made))] if isinstance(unit, Task) else []
+            store.add(*rows)
+            done, failed = done + len(rows), failed + sum(row["status"] == FAILED for row in rows)
+            tell(Progress(done, len(tasks), failed, rows[-1]["label"], rows[-1]["reason"] or rows[-1]["status"]))
+        units = list(lost)
 
 
-def _is_done(row: Row | None, path: Path) -> bool:
-    return row is not None and row["status"] != FAILED and path.is_file()
+def _missing(store: Store, tasks: Sequence[Task]) -> list[Task]:
+    """The members that have no complete result yet."""
+    known = store.rows()
+    there = {path.name for path in (store.folder / MEMBERS).iterdir()}
+    done = {name for name, row in known.items() if row["status"] != FAILED and file_of(row) in there}
+    return [task for task in tasks if task.name not in done]
 
 
 def _attributes(plan: Plan, rows: Mapping[str, Row]) -> dict[str, Any]:

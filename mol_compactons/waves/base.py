@@ -46,6 +46,10 @@ class Wave(Settings):
             If it is no wave of the equation, or does not fit in the grid.
         """
 
+    def is_solution(self, equation: Equation) -> bool:
+        """Whether this wave, alone in its box, solves the equation at all times, as `values` gives it."""
+        return False
+
 
 class LocalizedWave(Wave):
     """A wave with a place, a speed, a sign and a width; the fields of a subclass, which has to give `outline` too."""

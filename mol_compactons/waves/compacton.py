@@ -46,3 +46,7 @@ class Compacton(LocalizedWave):
         """Its signed height and its width."""
         shape = equation.compacton(self.speed, self.sign)
         return shape.amplitude, shape.width
+
+    def is_solution(self, equation: Equation) -> bool:
+        """So it is where the equation is one of a line: a chain has other exact waves."""
+        return equation.has_local_flux

@@ -97,6 +97,10 @@ class PeriodicWave(Wave):
         phi = orbit.profile(grid.offset(self.center + self.speed * t))
         return np.asarray(self.sign * phi ** (2 / (orbit.n + 1)))[None]
 
+    def is_solution(self, equation: Equation) -> bool:
+        """So it is wherever it exists."""
+        return isinstance(equation, GranularCompacton)
+
     def _orbit(self, equation: Equation) -> _Orbit:
         if not isinstance(equation, GranularCompacton):
             raise InputError(f"PeriodicWave is a wave of GranularCompacton, not of {type(equation).__name__}.")

@@ -75,6 +75,7 @@ def study(
             | {"simulation": member.simulation.to_json(), "format": FORMAT},
         )
     attributes = {"family": json.dumps(encode(family)), "failed": "\n".join(failed), "title": "by hand"}
+    attributes["simulation"] = simulation.to_json()
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attributes), "/members": xr.Dataset(), **groups})
 
 

@@ -4,10 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mol_compactons import InputError, Rosenbrock, Simulation
+from mol_compactons.assignment import assign
 from mol_compactons.studies.plan import MOST_MEMBERS, Axis, Plan, Variant, drawn, listed, product, together
 from tests.studies.sweeps import small
 
@@ -113,3 +114,30 @@ def test_other_mistakes_are_sentences_too() -> None:
         drawn(small(), {"t_end": (2, 1)}, 3)
     with pytest.raises(InputError, match="give positive numbers"):
         drawn(small(), {"t_end": (0, 1)}, 3, logarithmic=["t_end"])
+
+
+@given(
+    st.lists(
+        st.sampled_from(["grid.size", "initial.0.speed", "scheme.grid_viscosity", "integrator", "title"]),
+        unique=True,
+        min_size=1,
+    )
+)
+@settings(max_examples=15)
+def test_members_are_what_assigning_their_changes_gives(paths: list[str]) -> None:
+    values: dict[str, list[object]] = {
+        "grid.size": [60, "80"],
+        "initial.0.speed": [0.5, "1/3"],
+        "scheme.grid_viscosity": [0.01, 0.02],
+        "integrator": ["Rosenbrock()", "IDA(rtol=1e-5)"],
+        "title": ["a", "b"],
+    }
+    for member in product(small(), {path: values[path] for path in paths}):
+        changed = assign(small(), member.changes)
+        assert member.simulation() == changed
+
+
+def test_a_field_and_a_part_of_it_can_be_varied_together() -> None:
+    plan = product(small(), {"integrator": ["Rosenbrock()", "IDA()"], "integrator.rtol": [1e-3, 1e-5]})
+    found = {(type(one.simulation().integrator).__name__, one.simulation().integrator.rtol) for one in plan}  # type: ignore[attr-defined]
+    assert found == {(name, rtol) for name in ("Rosenbrock", "IDA") for rtol in (1e-3, 1e-5)}

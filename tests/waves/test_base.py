@@ -20,15 +20,18 @@ from mol_compactons import (
     PeriodicWave,
     PowerContact,
     Ripple,
+    Rosenbrock,
     Samples,
+    Simulation,
     SolitaryWave,
     Uniform,
     Wave,
+    run,
 )
 from mol_compactons.configuration import hints_of
 from mol_compactons.errors import require
 from mol_compactons.waves import LocalizedWave, superpose
-from tests.systems import Array
+from tests.systems import Array, one_compacton
 
 GRID = Grid(length=60, size=240)
 
@@ -170,3 +173,34 @@ def test_every_field_is_checked(wave: Wave) -> None:
         wrong: object = 5.5 if hint is str else {"?": "?"}
         with pytest.raises(InputError, match=rf"{type(wave).__name__}\.{name}"):
             replace(wave, **{name: wrong})  # type: ignore[type-var]
+
+
+@pytest.mark.parametrize(
+    "simulation",
+    [
+        one_compacton(size=600, t_end=2, frames=2, viscosity=1e-5, integrator=Rosenbrock(rtol=1e-6)),
+        replace(
+            one_compacton(size=64, t_end=2, frames=2, integrator=Rosenbrock(rtol=1e-6)),
+            grid=Grid(2 * np.pi, 64),
+            initial=[PeriodicWave(1, 1.5**0.5)],
+        ),
+    ],
+)
+def test_what_a_wave_calls_a_solution_is_one(simulation: Simulation) -> None:
+    """The run moves, and comes near to it."""
+    dataset, exact = run(simulation), simulation.exact_state(simulation.t_end)
+    assert exact is not None
+    moved = np.linalg.norm(exact[0] - dataset.W.values[0]) / np.linalg.norm(exact)
+    wrong = np.linalg.norm(exact[0] - dataset.W.values[-1]) / np.linalg.norm(exact)
+    assert moved > 0.1
+    assert wrong < 0.02 * moved
+
+
+def test_no_solution_is_known_of_several_waves_or_of_those_of_another_equation() -> None:
+    one = one_compacton(size=120, t_end=1, frames=2)
+    assert replace(one, initial=[Compacton(1, 5), Compacton(0.5, 20)]).exact_state(1) is None
+    assert replace(one, initial=[Formula("exp(-(x - 9)**2)")]).exact_state(1) is None
+    chain = GranularChain(PowerContact(3), ends="periodic")
+    assert not Compacton(1, 10).is_solution(chain)
+    assert SolitaryWave(1, 10).is_solution(chain)
+    assert not SolitaryWave(1, 10).is_solution(replace(chain, ends="held"))
