@@ -40,7 +40,22 @@ from .schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierSc
 from .semidiscrete import SemiDiscretization
 from .simulation import Simulation
 from .stop_rules import BlowUp, DriftBound, SteadyState, StopRule, WallClock
-from .studies import Axis, Cluster, Family, Here, Plan, Processes, converge, judge, open_sweep, report, sweep
+from .studies import (
+    Axis,
+    Cluster,
+    Family,
+    Here,
+    Plan,
+    Processes,
+    compare_schemes,
+    converge,
+    judge,
+    open_member,
+    open_sweep,
+    refine,
+    report,
+    sweep,
+)
 from .waves import Compacton, Formula, LocalizedWave, PeriodicWave, Ripple, Samples, Uniform, Wave
 
 __version__: str
@@ -104,6 +119,7 @@ __all__ = [
     "__version__",
     "check_up",
     "compare",
+    "compare_schemes",
     "continuum_of",
     "converge",
     "displacements",
@@ -111,10 +127,12 @@ __all__ = [
     "figures",
     "first_collision",
     "judge",
+    "open_member",
     "open_result",
     "open_study",
     "open_sweep",
     "orbit",
+    "refine",
     "report",
     "require",
     "run",

@@ -13,6 +13,7 @@ What was interrupted goes on from where it was. docs/discretisations.md reads th
 """
 
 import argparse
+import math
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -91,15 +92,17 @@ def compacton(n: float) -> Simulation:
 
 
 def collision(n: float) -> Simulation:
-    """A compacton of speed 1 overtakes one of speed 1/4, and is free again at the end."""
+    """A compacton of speed 1 overtakes one of speed 1/4, begins beside it, and has just passed it at the end."""
+    equation = GranularCompacton(n)
+    width = equation.compacton(1).width
     return Simulation(
         title="A collision of two compactons",
-        equation=GranularCompacton(n),
-        grid=Grid(length=60 if n < 2 else 45, size=600),
+        equation=equation,
+        grid=Grid(length=math.ceil(4.5 * width), size=600),
         scheme=DEFAULT.with_viscosity(0, VISCOSITY),
-        initial=[Compacton(speed=1, center=10), Compacton(speed=0.25, center=23 if n < 2 else 19)],
-        t_end=30,
-        frames=121,
+        initial=[Compacton(speed=1, center=width), Compacton(speed=0.25, center=2.05 * width)],
+        t_end=math.ceil(2.8 * width),
+        frames=4 * math.ceil(2.8 * width) + 1,
         integrator=Rosenbrock(rtol=1e-5),
     )
 

@@ -7,6 +7,7 @@ import ast
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,11 +18,13 @@ from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError, require, shown
 from mol_compactons.simulation import Simulation
+from mol_compactons.studies.criterion import Criterion
 from mol_compactons.studies.members import FAILED
 from mol_compactons.studies.plan import Axis, Plan, drawn
+from mol_compactons.studies.refining import refine
 from mol_compactons.studies.store import PLAN, plan_of, rows_of, what_is_kept
 from mol_compactons.studies.sweep import TABLE, Progress, Tell, sweep, tell_nobody
-from mol_compactons.studies.table import MISSING, table
+from mol_compactons.studies.table import MISSING, laid_out, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,6 +63,27 @@ def add_sweep(commands: Commands) -> None:
     )
     parser.add_argument("--count", type=int, default=100, metavar="N", help="how many members are drawn (default: 100)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random values (default: 0)")
+    parser.add_argument(
+        "--refine",
+        metavar="FIELD=A,B,...",
+        help="values between which it is found where the outcome changes, in place of --vary",
+    )
+    parser.add_argument(
+        "--outcome",
+        default="status",
+        metavar="QUANTITY>NUMBER",
+        help="what --refine asks: 'momentum_drift > 0.01', 'height_after[1] < 0.9' (default: whether the run is complete)",
+    )
+    parser.add_argument(
+        "--accuracy",
+        type=float,
+        default=0.01,
+        metavar="X",
+        help="how close the values of --refine get, relative (default: 0.01)",
+    )
+    parser.add_argument(
+        "--parts", type=int, default=2, metavar="N", help="into how many parts --refine divides an interval (default: 2)"
+    )
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go (default: the scenario's name and _sweep)")
     parser.add_argument("--untracked", action="store_true", help="do not follow the waves, which takes its time")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
@@ -68,17 +92,35 @@ def add_sweep(commands: Commands) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    plan = _plan(simulation_of(options), options)
+    run_members = _refinement(options) if options.refine else _variation(options)
     folder = Path(options.output or f"{Path(options.scenario).stem}_sweep")
     try:
         with progress_over_members(options.quiet) as tell_progress:
-            result = sweep(plan, None, folder, engine=engine_of(options), tracked=not options.untracked, tell=tell_progress)
+            result = run_members(folder=folder, engine=engine_of(options), tracked=not options.untracked, tell=tell_progress)
     except KeyboardInterrupt as interrupt:
         interrupt.kept = what_is_kept(folder)  # type: ignore[attr-defined]
         raise
     if not options.quiet:
         remark(*summary(result), f"wrote {folder / TABLE}")
     return int(bool((result["status"] == FAILED).all()))
+
+
+def _variation(options: argparse.Namespace) -> Callable[..., xr.Dataset]:
+    """The sweep that the options describe."""
+    return partial(sweep, _plan(simulation_of(options), options), None)
+
+
+def _refinement(options: argparse.Namespace) -> Callable[..., xr.Dataset]:
+    """The refinement that the options describe."""
+    require(not options.vary and not options.draw, "A field is refined or varied; give --refine, --vary or --draw.")
+    ((path, text),) = assignments([options.refine]).items()
+    try:
+        values = [ast.literal_eval(value) if isinstance(value, str) else value for value in values_of(path, text)]
+    except (ValueError, SyntaxError):
+        raise InputError(f"{shown(path)} is to be refined between {shown(text)}; write numbers, {path}=LOW,HIGH.") from None
+    asked = Criterion.from_text(options.outcome)
+    own = {"outcome": asked, "accuracy": options.accuracy, "parts": options.parts, "importing": import_module}
+    return partial(refine, simulation_of(options), path, values, **own)
 
 
 def _plan(simulation: Simulation, options: argparse.Namespace) -> Plan:
@@ -151,6 +193,7 @@ def progress_over_members(quiet: bool) -> Iterator[Tell]:
         nonlocal bar
         try:
             bar = bar or tqdm(total=progress.total, initial=progress.done, unit="member", leave=False, dynamic_ncols=True)
+            bar.total = progress.total
             bar.set_postfix_str(f"{progress.failed} failed" if progress.failed else "", refresh=False)
             bar.update(progress.done - bar.n)
         except (OSError, ValueError, AttributeError):
@@ -169,7 +212,17 @@ def summary(result: xr.Dataset) -> list[str]:
     lines = [f"{result['status'].size} members: {', '.join(f'{statuses[one]} {one}' for one in sorted(statuses))}"]
     reasons = Counter(filter(None, map(str, result["reason"].values.ravel()))).most_common()
     lines += [f"failed {count} times: {reason}" for reason, count in reasons[:REASONS_SHOWN]]
+    lines += changes_of(result) if "outcome" in result else []
     return lines + ([f"and for {len(reasons) - REASONS_SHOWN} other reasons"] if len(reasons) > REASONS_SHOWN else [])
+
+
+def changes_of(result: xr.Dataset) -> list[str]:
+    """Where the outcome of a refinement changes, a line each."""
+    (name,) = map(str, result["outcome"].dims)
+    outcomes, values = result["outcome"].values, result[name].values
+    pairs = [(index, index + 1) for index in range(outcomes.size - 1) if outcomes[index] != outcomes[index + 1]]
+    lines = [f"{outcomes[low]} at {name} = {values[low]:.6g}, {outcomes[high]} at {values[high]:.6g}" for low, high in pairs]
+    return lines or [f"{outcomes[0]} at all {outcomes.size} values of {name}"]
 
 
 def is_sweep(path: Path) -> bool:
@@ -177,11 +230,14 @@ def is_sweep(path: Path) -> bool:
     return (path / PLAN).is_file()
 
 
-def _table_of(folder: Path) -> tuple[dict[str, Any], xr.Dataset]:
+def _table_of(folder: Path) -> tuple[Mapping[str, Any], xr.Dataset]:
     """The plan of a sweep, and its table as far as it has come."""
     plan = plan_of(folder)
-    require("axes" in plan, f"{folder} holds the members of a convergence study that has not ended; run its command again.")
-    return plan, table(plan, rows_of(folder).values())
+    require(
+        "family" not in plan, f"{folder} holds the members of a convergence study that has not ended; run its command again."
+    )
+    own, rows = laid_out(plan, rows_of(folder).values())
+    return own, table(own, rows)
 
 
 def print_sweep(folder: Path) -> None:

@@ -59,6 +59,8 @@ class Task:
         Of the member.
     places : list of list of int
         Where it stands along the axes of the plan; in several places where these come to one simulation.
+    changes : dict
+        What it changes, JSON-ready.
     tree : dict
         Its simulation as JSON-ready data.
     path : str
@@ -74,6 +76,7 @@ class Task:
     name: str
     label: str
     places: list[list[int]]
+    changes: dict[str, Any]
     tree: dict[str, Any]
     path: str
     modules: modules.Modules = field(default_factory=dict)
@@ -82,7 +85,7 @@ class Task:
 
     def row(self, status: str, reason: str) -> Row:
         """What it came to, without any number."""
-        known = {"name": self.name, "label": self.label, "places": self.places}
+        known = {"name": self.name, "label": self.label, "changes": self.changes, "places": self.places}
         return {**known, "status": status, "reason": reason, "quantities": {}, "sizes": {}}
 
 

@@ -16,7 +16,7 @@ from mol_compactons.results.opening import open_result
 from mol_compactons.studies.blocks import open_block, unstacked
 from mol_compactons.studies.members import FAILED
 from mol_compactons.studies.store import MEMBERS, Row, file_of, plan_of, result_path, rows_of
-from mol_compactons.studies.table import table
+from mol_compactons.studies.table import laid_out, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,15 +55,15 @@ def open_sweep(folder: str | Path) -> xr.Dataset | xr.DataTree:
     import xarray as xr
 
     folder = Path(folder)
-    plan, rows = plan_of(folder), rows_of(folder)
-    whole = table(plan, rows.values())
+    plan, rows = laid_out(plan_of(folder), rows_of(folder).values())
+    whole = table(plan, rows)
     dimensions = [str(name) for name in whole["status"].dims]
     names, layouts = np.full(whole["status"].shape, "", dtype="U40"), np.full(whole["status"].shape, "", dtype="U16")
-    for row in rows.values():
+    for row in rows:
         for place in map(tuple, row["places"] if row.get("layout") else ()):
             names[place], layouts[place] = f"{file_of(row)}{BETWEEN}{row.get('place', '')}", row["layout"]
     # Others may have stopped early.
-    longest = {row["layout"]: row for row in sorted((row for row in rows.values() if row.get("layout")), key=_frames)}
+    longest = {row["layout"]: row for row in sorted((row for row in rows if row.get("layout")), key=_frames)}
 
     def stacked(where: Mapping[str, int]) -> xr.Dataset:
         inner = tuple(where.get(dimension, slice(None)) for dimension in dimensions)

@@ -16,7 +16,7 @@ from mol_compactons.studies.blocks import MANY, PER_FILE, Block, carry_out_all, 
 from mol_compactons.studies.engine import Engine, Here, Lost, Watch
 from mol_compactons.studies.members import FAILED, Quantity, Task
 from mol_compactons.studies.modules import modules_of
-from mol_compactons.studies.plan import Plan, product
+from mol_compactons.studies.plan import Plan, encoded, product
 from mol_compactons.studies.store import MEMBERS, Row, Store, file_of
 from mol_compactons.studies.table import table
 
@@ -114,11 +114,11 @@ def sweep(
         with stopping_on_signals(lambda t: None) as report:
             tasks = tasks_of(plan, store, own, tracked)
             per_file = per_file or (PER_FILE if len(tasks) > MANY else 1)
-            _run_missing(store, tasks, engine or Here(), lambda: report(0.0), tell, per_file)
+            run_missing(store, tasks, engine or Here(), lambda: report(0.0), tell, per_file)
     finally:
         rows = store.rows()
         store.close()
-    result = table(described, rows.values()).assign_attrs(_attributes(plan, rows))
+    result = table(described, rows.values()).assign_attrs(attributes_of(plan, rows))
     write_tree(result, Path(folder) / TABLE)
     return result
 
@@ -132,14 +132,24 @@ def tasks_of(plan: Plan, store: Store, quantities: Mapping[str, Quantity], track
             tasks[variant.name].places.append(list(variant.index))
         else:
             path = str(store.path_of(variant.name).resolve())
-            places = [list(variant.index)]
-            tasks[variant.name] = Task(variant.name, variant.label, places, variant.tree, path, loaded, quantities, tracked)
+            changes = {field: encoded(value) for field, value in variant.changes.items()}
+            tasks[variant.name] = Task(
+                variant.name, variant.label, [list(variant.index)], changes, variant.tree, path, loaded, quantities, tracked
+            )
     return list(tasks.values())
 
 
-def _run_missing(store: Store, tasks: Sequence[Task], engine: Engine, watch: Watch, tell: Tell, per_file: int) -> None:
+def run_missing(
+    store: Store,
+    tasks: Sequence[Task],
+    engine: Engine,
+    watch: Watch,
+    tell: Tell,
+    per_file: int = 1,
+    failed_too: bool = True,
+) -> None:
     """Run what has no complete result yet; members whose block lost its process, each by itself."""
-    missing = _missing(store, tasks)
+    missing = _missing(store, tasks, failed_too)
     done, failed = len(tasks) - len(missing), 0
     tell(Progress(done, len(tasks), failed, "", ""))
     units = list(units_of(missing, per_file, store.folder / MEMBERS))
@@ -157,15 +167,15 @@ def _run_missing(store: Store, tasks: Sequence[Task], engine: Engine, watch: Wat
         units = list(lost)
 
 
-def _missing(store: Store, tasks: Sequence[Task]) -> list[Task]:
-    """The members that have no complete result yet."""
+def _missing(store: Store, tasks: Sequence[Task], failed_too: bool) -> list[Task]:
+    """The members that have no complete result yet, with those that have failed if these are to run again."""
     known = store.rows()
     there = {path.name for path in (store.folder / MEMBERS).iterdir()}
-    done = {name for name, row in known.items() if row["status"] != FAILED and file_of(row) in there}
+    done = {name for name, row in known.items() if (not failed_too if row["status"] == FAILED else file_of(row) in there)}
     return [task for task in tasks if task.name not in done]
 
 
-def _attributes(plan: Plan, rows: Mapping[str, Row]) -> dict[str, Any]:
+def attributes_of(plan: Plan, rows: Mapping[str, Row]) -> dict[str, Any]:
     """The attributes of a table."""
     ended = {name: row for name, row in rows.items() if row["status"] == COMPLETE}
     about = attributes(plan.simulation)

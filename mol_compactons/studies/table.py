@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mol_compactons.studies.criterion import Criterion
 from mol_compactons.studies.store import Row
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ WAVE = "wave"
 
 MEANINGS = {
     "status": "how the run of the member ended",
+    "outcome": "how the member came out, as the refinement asks",
     "reason": "why a member has no complete result",
     "name": "the name of the member, and of its file",
     "seconds": "how long the member took",
@@ -35,8 +37,33 @@ MEANINGS = {
 
 SECONDS = ("seconds", "cpu_seconds")
 
+REFINED = "refined"
+"""Where the plan of a refinement says what it refines: its axis grows."""
+
 MISSING = "not run yet"
 """The status of a member without a row."""
+
+
+def laid_out(plan: Mapping[str, Any], rows: Iterable[Row]) -> tuple[Mapping[str, Any], list[Row]]:
+    """A plan with its axes, and rows with their places along them: those of a refinement, as far as it has come.
+
+    Parameters
+    ----------
+    plan : mapping
+        What stands in the folder of a study.
+    rows : iterable
+        What the members came to.
+    """
+    known = list(rows)
+    if REFINED not in plan:
+        return plan, known
+    refined = plan[REFINED]
+    path = refined["field"]
+    values = sorted({row["changes"][path] for row in known} | set(refined["values"]))
+    field = {"name": refined["name"], "values": values, "told": [f"{value:.12g}" for value in values]}
+    criterion = Criterion(**refined["criterion"])
+    own = [row | {"places": [[values.index(row["changes"][path])]], "outcome": criterion.of(row)} for row in known]
+    return {**plan, "axes": [{"dimension": refined["name"], "fields": {path: field}}]}, own
 
 
 def table(plan: Mapping[str, Any], rows: Iterable[Row]) -> xr.Dataset:
@@ -45,7 +72,7 @@ def table(plan: Mapping[str, Any], rows: Iterable[Row]) -> xr.Dataset:
     Parameters
     ----------
     plan : mapping
-        What `Plan.described` returned.
+        What `Plan.described` or `laid_out` returned.
     rows : iterable
         What the members came to, as far as they have run.
 
@@ -64,13 +91,15 @@ def table(plan: Mapping[str, Any], rows: Iterable[Row]) -> xr.Dataset:
         for path, one in axis["fields"].items()
     }
     shape = tuple(len(next(iter(axis["fields"].values()))["values"]) for axis in plan["axes"])
-    texts = {name: np.full(shape, "", dtype=object) for name in ("status", "reason", "name")}
+    words = ("status", "reason", "name", *(("outcome",) if REFINED in plan else ()))
+    texts = {name: np.full(shape, "", dtype=object) for name in words}
     texts["status"][...] = MISSING
     known = list(rows)
     numbers = _columns(known, shape)
     for row in known:
         for place in map(tuple, row["places"]):
-            texts["status"][place], texts["reason"][place], texts["name"][place] = row["status"], row["reason"], row["name"]
+            for word in words:
+                texts[word][place] = row[word]
             numbers["seconds"][place] = row.get("seconds", math.nan)
             for name, value in row["quantities"].items():
                 numbers[name][place][: np.size(value)] = value if np.ndim(value) else [value]

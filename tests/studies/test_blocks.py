@@ -26,7 +26,7 @@ def tasks(folder: Path, sizes: list[int], **changes: object) -> list[Task]:
         small(), {"grid.size": sizes, "initial.0.speed": SPEEDS, **{name: [value] for name, value in changes.items()}}
     )
     return [
-        Task(one.name, one.label, [list(one.index)], one.tree, str(folder / f"{one.name}.nc"), tracked=False)
+        Task(one.name, one.label, [list(one.index)], {}, one.tree, str(folder / f"{one.name}.nc"), tracked=False)
         for one in members
     ]
 

@@ -14,7 +14,7 @@ from tests.studies.sweeps import peak, small
 
 
 def task(simulation: Simulation, folder: Path, **settings: object) -> Task:
-    return Task("n", "label", [[0]], encode(simulation), str(folder / "n.nc"), **settings)  # type: ignore[arg-type]
+    return Task("n", "label", [[0]], {}, encode(simulation), str(folder / "n.nc"), **settings)  # type: ignore[arg-type]
 
 
 def test_a_row_has_what_can_be_read_from_the_result(tmp_path: Path) -> None:
