@@ -213,3 +213,31 @@ def test_each_is_complete_and_keeps_its_mass(name: str) -> None:
         assert dataset.energy.attrs["role"] == "diagnostic"
     else:
         assert float(abs(dataset.energy / dataset.energy[0] - 1).max()) < 1e-5
+
+
+def test_pulse_widths() -> None:
+    """The distance of chain and continuum falls with the second power of the width, and the pulse has moved."""
+    own = runpy.run_path(str(scenarios.folder() / "pulse_widths.py"))
+    distances = []
+    for width in (4, 8, 16):
+        dataset = run(own["chain"](2.0, width))
+        distances.append(own["distance"](dataset))
+        assert relative_error(dataset.R.values[-1], dataset.R.values[0]) > 0.02
+    assert np.log2(distances[1] / distances[2]) == pytest.approx(2, abs=0.1)
+    assert distances[0] < 1e-3
+    assert own["PLAN"].shape == (3, 4)
+
+
+def test_discretisations() -> None:
+    """All three problems run with the schemes that the study gives them, and the smooth one shows their orders."""
+    own = runpy.run_path(str(scenarios.folder() / "discretisations.py"))
+    for name, problem in own["PROBLEMS"].items():
+        families = [family for _, family in problem.families(quick=True)]
+        assert sum(len(family.schemes) for family in families) == 7
+        assert problem.simulation(3).title
+        assert name in ("smooth wave", "compacton", "collision")
+    smooth = own["PROBLEMS"]["smooth wave"]
+    ((names, family),) = smooth.families(quick=True)
+    table = converge(smooth.simulation(1.5), replace(family, schemes=family.schemes[2:4]))["schemes"].to_dataset()
+    assert names[2:4] == ["compact, five_point", "conservative, order 2"]
+    assert table["fitted_order"].values[:, 0] == pytest.approx([4, 2], abs=0.1)

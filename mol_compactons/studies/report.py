@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mol_compactons.results.schema import COMPLETE
 from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED
 
 if TYPE_CHECKING:
@@ -29,8 +30,29 @@ def report(tree: xr.DataTree) -> list[str]:
                 f"{float(row['error'] / row['scale']):.1e} {row['verdict'].item()}: {row['reason'].item()}"
             )
     lines += differences_of_limits(summary)
+    lines += side_by_side(tree["schemes"].to_dataset()) if "schemes" in tree.children else []
     failed = str(tree.attrs["failed"])
     return lines + [f"failed and not counted: {line}" for line in failed.splitlines()]
+
+
+def side_by_side(table: xr.Dataset) -> list[str]:
+    """The schemes of a study on its finest grid, a line each; none if there is a single one."""
+    if table.sizes["scheme"] < 2:
+        return []
+    table = table.squeeze("n") if "n" in table.dims else table
+    finest = table.isel(size=-1)
+    lines = [f"schemes on {int(finest['size'])} points; errors against {finest['reference'].item()}:"]
+    for scheme in finest["scheme"].values:
+        own = finest.sel(scheme=scheme)
+        if own["status"].item() == COMPLETE:
+            drifts = [f"{name} {float(one):.1e}" for name, one in own.data_vars.items() if str(name).endswith("_drift")]
+            lines.append(
+                f"  {scheme}: error {float(own['error']):.1e}, order {float(own['fitted_order']):.2f}, "
+                f"{float(own['cpu_seconds']):.3g} s; {', '.join(drifts).replace('_', ' ')}"
+            )
+        else:
+            lines.append(f"  {scheme}: {own['status'].item()}")
+    return lines
 
 
 def headline(summary: xr.Dataset, limit: str) -> str:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -107,3 +108,20 @@ def test_a_class_of_a_script_runs_in_other_processes(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "2 members: 2 complete" in done.stdout
+
+
+def test_a_refinement_says_where_the_outcome_changes(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["sweep", "single_compacton", "--set", "t_end=0.2", "--set", "frames=3", "--untracked", "--workers", "1"]
+    assert main([*words, "--refine", "grid.size=3,60", "-o", "r", "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+    assert main(["info", "r"]) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"failed at size = (\d+), complete at (\d+)", told)
+    assert main([*words, "--refine", "grid.size=100,120", "--outcome", "momentum_drift > 1", "-o", "s"]) == 0
+    assert "no at all 2 values of size" in capsys.readouterr().err
+    assert main([*words, "--refine", "grid.size=100,120", "--vary", "t_end=1,2", "-o", "t"]) == 2
+    assert "give --refine, --vary or --draw" in capsys.readouterr().err
+    assert main([*words, "--refine", "grid.size=a,b", "-o", "t"]) == 2
+    assert "write numbers, grid.size=LOW,HIGH" in capsys.readouterr().err
+    assert main([*words, "--refine", "grid.size=100,120", "--outcome", "nonsense", "-o", "t"]) == 2
+    assert "is not understood" in capsys.readouterr().err
