@@ -82,14 +82,15 @@ def assignments(changes: list[str]) -> dict[str, str]:
     return result
 
 
-def save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path, say: bool = True) -> None:
     """Write a picture, and say so."""
     allowed = figure.canvas.get_supported_filetypes()
     if path.suffix.lstrip(".").lower() not in allowed:
         raise InputError(f"{path} has no picture format; end its name in {', '.join(sorted(allowed))}.")
     with written_whole(path) as part:
         figure.savefig(part, dpi=150)
-    remark(f"wrote {path}")
+    if say:
+        remark(f"wrote {path}")
 
 
 def contents(dataset: xr.Dataset) -> str:

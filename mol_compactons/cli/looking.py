@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mol_compactons.analysis.drift import drift
 from mol_compactons.analysis.wave_orbits import report_orbit
 from mol_compactons.cli.common import add_import, contents, cost, kept, save
-from mol_compactons.cli.scenarios import import_module, listing
+from mol_compactons.cli.machine import add_json, records, tell_json
+from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import tell
 from mol_compactons.cli.studies import print_study
 from mol_compactons.cli.sweeps import is_sweep, picture_of_sweep, print_sweep
@@ -36,6 +40,7 @@ def add_info(commands: Commands) -> None:
     """The command info."""
     parser = commands.add_parser("info", help="say what is in a result, a study or a sweep")
     parser.add_argument("result", metavar="FILE.nc|FOLDER")
+    add_json(parser)
     parser.set_defaults(handle=_info)
 
 
@@ -49,6 +54,7 @@ def add_doctor(commands: Commands) -> None:
     )
     parser.add_argument("result", metavar="FILE.nc")
     add_import(parser)
+    add_json(parser)
     parser.set_defaults(handle=_doctor)
 
 
@@ -64,6 +70,7 @@ def add_track(commands: Commands) -> None:
     parser.add_argument("result", metavar="FILE.nc")
     parser.add_argument("--least-height", type=float, metavar="HEIGHT", help="peaks lower than this are ripples")
     add_import(parser)
+    add_json(parser)
     parser.set_defaults(handle=_track)
 
 
@@ -73,40 +80,53 @@ def add_plot(commands: Commands) -> None:
         "plot", help="draw a result (the waterfall and the drift of the invariants), a study or a sweep"
     )
     parser.add_argument("result", metavar="FILE.nc|FOLDER")
+    parser.add_argument("--kind", choices=("ladder", "schemes"), help="of a study: its ladder (default), or its schemes")
     parser.add_argument("-o", "--output", metavar="FILE.png", help="where to write (default: the result's name)")
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     parser.set_defaults(handle=_plot)
 
 
-def add_scenarios(commands: Commands) -> None:
-    """The command scenarios."""
-    parser = commands.add_parser("scenarios", help="list the scenarios that come with the package")
-    parser.set_defaults(handle=_scenarios)
-
-
 def _info(options: argparse.Namespace) -> None:
-    if Path(options.result).is_dir():
-        print_sweep(Path(options.result))
+    result = Path(options.result)
+    if result.is_dir():
+        print_sweep(result, options.json)
         return
-    with reading(options.result), open_result(Path(options.result)) as dataset:
+    with reading(options.result), open_result(result) as dataset:
         if "family" in dataset.attrs:
             with understanding(options.result, "study"):
-                print_study(Path(options.result))
+                print_study(result, options.json)
             return
         if "period" in dataset.attrs:
             with understanding(options.result, "orbit"):
                 lines = report_orbit(dataset)
-            tell(*lines)
+            tell_json({"attributes": dataset.attrs, "report": lines}) if options.json else tell(*lines)
             return
         check_form(dataset, options.result)
         dataset.attrs["status"] = status_of(dataset, options.result)
-        lines = [str(dataset.attrs["title"]), contents(dataset), kept(dataset), cost(dataset)]
-        simulation = settings_of(str(dataset.attrs["simulation"]))
-        for field in ("equation", "grid", "scheme", "integrator"):
-            lines.append(f"{field}: {shown(simulation[field])}")
-        for wave in simulation["initial"]:
-            lines.append(f"initial: {shown(wave)[:LONGEST_LINE]}")
-        tell(*lines, f"source: {dataset.attrs.get('source', 'not stated')}", str(dataset.attrs.get("history", "no history")))
+        tell_json(_of_result(dataset)) if options.json else tell(*_lines_of_result(dataset))
+
+
+def _of_result(dataset: xr.Dataset) -> dict[str, Any]:
+    """What is in a result."""
+    attributes = {name: value for name, value in dataset.attrs.items() if name not in ("simulation", "waves")}
+    drifts = {str(name): float(abs(one).max()) for name, one in drift(dataset).data_vars.items()}
+    return {
+        **attributes,
+        "sizes": dict(dataset.sizes),
+        "last_time": float(dataset["t"][-1]) if dataset.sizes["t"] else None,
+        "drift": drifts,
+        "simulation": settings_of(str(dataset.attrs["simulation"])),
+        "waves": json.loads(str(dataset.attrs.get("waves", "[]"))),
+    }
+
+
+def _lines_of_result(dataset: xr.Dataset) -> list[str]:
+    """The same in lines."""
+    lines = [str(dataset.attrs["title"]), contents(dataset), kept(dataset), cost(dataset)]
+    simulation = settings_of(str(dataset.attrs["simulation"]))
+    lines += [f"{field}: {shown(simulation[field])}" for field in ("equation", "grid", "scheme", "integrator")]
+    lines += [f"initial: {shown(wave)[:LONGEST_LINE]}" for wave in simulation["initial"]]
+    return [*lines, f"source: {dataset.attrs.get('source', 'not stated')}", str(dataset.attrs.get("history", "no history"))]
 
 
 def _doctor(options: argparse.Namespace) -> int:
@@ -117,8 +137,10 @@ def _doctor(options: argparse.Namespace) -> int:
     with reading(options.result), open_result(Path(options.result)) as dataset:
         check_form(dataset, options.result)
         findings = check_up(dataset)
-    for finding in findings:
-        tell(f"{finding.verdict:12} {finding.check}: {finding.sentence}")
+    if options.json:
+        tell_json([asdict(finding) for finding in findings])
+    else:
+        tell(*(f"{finding.verdict:12} {finding.check}: {finding.sentence}" for finding in findings))
     return int(any(finding.verdict == "contradicts" for finding in findings))
 
 
@@ -131,15 +153,24 @@ def _track(options: argparse.Namespace) -> None:
     with reading(options.result), open_result(Path(options.result)) as dataset:
         check_form(dataset, options.result)
         tracks = track(dataset, least_height=options.least_height)
+    collisions = first_collision(tracks)
+    if options.json:
+        of_waves = [name for name, one in tracks.data_vars.items() if "wave" in one.dims]
+        tell_json(
+            {
+                "t": tracks["t"].values,
+                "waves": records(tracks[of_waves].drop_vars("t"), "wave"),
+                "collisions": records(collisions[[name for name, one in collisions.items() if one.dims == ("wave",)]], "wave"),
+                **{name: tracks.attrs[name] for name in ("lost", "doubtful")},
+            }
+        )
+        return
     tell(f"wave {'since':>9}" + "".join(f"{name:>13}" for name in TRACK_COLUMNS) + f"{'compacton':>11}")
-    for wave in range(tracks.sizes["wave"]):
-        tell(_line_of(tracks.isel(wave=wave)))
-    collisions = first_collision(tracks).dropna("wave", subset=["phase_shift"])
-    for wave, shift, moment in zip(*(collisions[name].values for name in ("wave", "phase_shift", "moment")), strict=True):
+    tell(*(_line_of(tracks.isel(wave=wave)) for wave in range(tracks.sizes["wave"])))
+    collided = collisions.dropna("wave", subset=["phase_shift"])
+    for wave, shift, moment in zip(*(collided[name].values for name in ("wave", "phase_shift", "moment")), strict=True):
         tell(f"wave {wave} is {shift:.5g} ahead of its free flight after its first collision, at t = {moment:.5g}")
-    for name in ("lost", "doubtful"):
-        if tracks.attrs[name]:
-            tell(str(tracks.attrs[name]))
+    tell(*(str(tracks.attrs[name]) for name in ("lost", "doubtful") if tracks.attrs[name]))
 
 
 def _line_of(track: xr.Dataset) -> str:
@@ -163,7 +194,7 @@ def shown(part: Any) -> str:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    from mol_compactons.figures import convergence_overview, orbit_overview, overview
+    from mol_compactons.figures import convergence_overview, orbit_overview, overview, schemes_overview
 
     result = Path(options.result)
     if is_sweep(result):
@@ -176,7 +207,8 @@ def _plot(options: argparse.Namespace) -> None:
         if "family" in dataset.attrs:
             check_target(path, options.overwrite)
             with understanding(result, "study"), open_study(result) as tree:
-                figure = convergence_overview(tree)
+                schemes = options.kind == "schemes"
+                figure = schemes_overview(tree["schemes"].to_dataset()) if schemes else convergence_overview(tree)
             save(figure, path)
             return
         if "period" in dataset.attrs:
@@ -190,8 +222,3 @@ def _plot(options: argparse.Namespace) -> None:
             raise InputError(f"{result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
         check_target(path, options.overwrite)
         save(overview(dataset), path)
-
-
-def _scenarios(options: argparse.Namespace) -> None:
-    for name, line in listing().items():
-        tell(f"{name:22} {line}")

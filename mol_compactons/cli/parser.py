@@ -8,16 +8,19 @@ import signal
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
-from importlib.metadata import version
 from typing import Any, NoReturn
 
-from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_scenarios, add_track
+import shtab
+
+from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_track
 from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
-from mol_compactons.cli.speaking import ListenerLostError, complain, remark
+from mol_compactons.cli.speaking import ListenerLostError, complain, remark, tell
+from mol_compactons.cli.starting import add_new, add_scenarios
 from mol_compactons.cli.studies import add_converge, add_stability
 from mol_compactons.cli.sweeps import add_sweep
 from mol_compactons.errors import InputError, IntegrationError, shown
+from mol_compactons.results.schema import source
 from mol_compactons.runtime.compiled import announcing_compilation
 
 TRACEBACK = "MOL_COMPACTONS_TRACEBACK"
@@ -36,10 +39,21 @@ class Parser(argparse.ArgumentParser):
         raise SystemExit(2)
 
 
+class _Version(argparse.Action):
+    """Say which versions run; SUNDIALS is asked only then."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        tell(source())
+        raise SystemExit(0)
+
+
 def parser() -> Parser:
     """The parser of the command line."""
     main = Parser(prog="mol-compactons", description="Compacton equations by the method of lines.")
-    main.add_argument("--version", action="version", version=f"%(prog)s {version('mol_compactons')}")
+    main.add_argument("--version", action=_Version, nargs=0, help="say which versions of this program and its libraries run")
+    shtab.add_argument_to(
+        main, "--print-completion", help="print the completion for a shell, to be put where that looks for it"
+    )
     commands: Any = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for add in (
         add_run,
@@ -52,6 +66,7 @@ def parser() -> Parser:
         add_stability,
         add_orbit,
         add_scenarios,
+        add_new,
     ):
         add(commands)
     return main

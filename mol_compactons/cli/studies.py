@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import argparse
 import shutil
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mol_compactons.analysis import stability
 from mol_compactons.assignment import assign
 from mol_compactons.cli.common import add_scenario, add_workers, assignments, engine_of, save, simulation_of
+from mol_compactons.cli.machine import add_json, records, tell_json
 from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError, IntegrationError
 from mol_compactons.results.opening import open_study, write_tree
 from mol_compactons.results.places import beside, check_target
 from mol_compactons.studies.convergence import converge, plan_of_study
 from mol_compactons.studies.family import Family
-from mol_compactons.studies.report import report
+from mol_compactons.studies.report import report, verdict
 from mol_compactons.studies.store import forget_another, what_is_kept
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from mol_compactons.cli.common import Commands
 
 
@@ -44,6 +48,7 @@ def add_converge(commands: Commands) -> None:
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     parser.add_argument("--quiet", action="store_true", help="no line for each member")
     add_workers(parser)
+    add_json(parser)
     parser.set_defaults(handle=_converge)
 
 
@@ -55,6 +60,7 @@ def add_stability(commands: Commands) -> None:
     )
     parser.add_argument("-o", "--output", metavar="FILE.nc|FILE.png", help="store the report, or draw it")
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
+    add_json(parser)
     parser.set_defaults(handle=_stability)
 
 
@@ -72,7 +78,7 @@ def _converge(options: argparse.Namespace) -> None:
     members = beside(path, "members")
     forget_another(members, plan_of_study(simulation, family))
     try:
-        notice = (lambda line: None) if options.quiet else remark
+        notice = (lambda line: None) if options.quiet or options.json else remark
         tree = converge(simulation, family, notice, engine=engine_of(options), folder=members)
     except KeyboardInterrupt as interrupt:
         interrupt.kept = what_is_kept(members)  # type: ignore[attr-defined]
@@ -80,21 +86,40 @@ def _converge(options: argparse.Namespace) -> None:
     except IntegrationError:
         shutil.rmtree(members, ignore_errors=True)
         raise
+    say = partial(tell_json, as_json(tree)) if options.json else partial(remark, *report(tree))
     if path.suffix.lower() == ".nc":
         try:
             write_tree(tree, path)
         finally:
-            remark(*report(tree))
-        remark(f"wrote {path}")
+            say()
+        if not options.json:
+            remark(f"wrote {path}")
     else:
-        remark(*report(tree))
-        save(convergence_overview(tree), path)
+        say()
+        save(convergence_overview(tree), path, say=not options.json)
     shutil.rmtree(members, ignore_errors=True)
 
 
-def print_study(path: Path) -> None:
+def as_json(tree: xr.DataTree) -> dict[str, Any]:
+    """What a study says, for other programs."""
+    summary = tree["summary"].to_dataset()
+    quantities = [record for limit in summary["limit"].values for record in records(summary.sel(limit=limit), "quantity")]
+    schemes = tree["schemes"].to_dataset() if "schemes" in tree.children else None
+    rows = [] if schemes is None else [one for size in schemes["size"] for one in records(schemes.sel(size=size), "scheme")]
+    return {
+        **{name: tree.attrs[name] for name in ("title", "family", "simulation", "failed")},
+        "verdicts": {str(limit): verdict(summary, str(limit)) for limit in summary["limit"].values},
+        "quantities": quantities,
+        "schemes": rows,
+    }
+
+
+def print_study(path: Path, for_programs: bool = False) -> None:
     """Say what is in a study."""
     with open_study(path) as tree:
+        if for_programs:
+            tell_json(as_json(tree))
+            return
         members = tree["members"].children.values()
         tell(tree.attrs["title"], *(f"member: {member.attrs['label']}" for member in members), *report(tree))
 
@@ -109,11 +134,15 @@ def _stability(options: argparse.Namespace) -> None:
         if path.suffix.lower() not in (".nc", ".png"):
             raise InputError(f"{path} must end in .nc, to store the report, or .png, to draw it.")
     dataset = stability.report(study)
-    (remark if path else tell)(*stability.verdicts(dataset))
+    if options.json:
+        tell_json({"verdicts": list(stability.verdicts(dataset)), **dataset.to_dict()})
+    else:
+        (remark if path else tell)(*stability.verdicts(dataset))
     if not path:
         return
     if path.suffix.lower() == ".nc":
         write_tree(dataset, path)
-        remark(f"wrote {path}")
+        if not options.json:
+            remark(f"wrote {path}")
     else:
-        save(stability_overview(dataset), path)
+        save(stability_overview(dataset), path, say=not options.json)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mol_compactons.cli.common import add_scenario, add_workers, assignments, engine_of, simulation_of
+from mol_compactons.cli.machine import tell_json
 from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError, require, shown
@@ -240,9 +241,12 @@ def _table_of(folder: Path) -> tuple[Mapping[str, Any], xr.Dataset]:
     return own, table(own, rows)
 
 
-def print_sweep(folder: Path) -> None:
+def print_sweep(folder: Path, for_programs: bool = False) -> None:
     """Say what is in the folder of a sweep, also while it runs."""
     plan, result = _table_of(folder)
+    if for_programs:
+        tell_json({"varied": _varied(plan), "table": result.to_dict()})
+        return
     tell(*_axes(plan), *summary(result), *_numbers(result))
 
 
@@ -255,8 +259,13 @@ def picture_of_sweep(folder: Path) -> Figure:
     return sweep_overview(result.assign_attrs(title=f"Sweep over {varied}: {'; '.join(summary(result)[:1])}"))
 
 
+def _varied(plan: Mapping[str, Any]) -> dict[str, list[str]]:
+    """The fields that are varied, and their values in words."""
+    return {path: field["told"] for axis in plan["axes"] for path, field in axis["fields"].items()}
+
+
 def _axes(plan: Mapping[str, Any]) -> Sequence[str]:
-    fields = [(path, field["told"]) for axis in plan["axes"] for path, field in axis["fields"].items()]
+    fields = _varied(plan).items()
     return [f"varied: {path} = {', '.join(values[:10])}{', ...' if len(values) > 10 else ''}" for path, values in fields]
 
 

@@ -54,7 +54,7 @@ def test_converge_stores_prints_and_draws(capsys: pytest.CaptureFixture[str]) ->
     assert main(["plot", "study.nc"]) == 0
     assert Path("study.png").read_bytes().startswith(b"\x89PNG")
     with xr.open_datatree("study.nc") as tree:
-        assert set(tree.children) == {"summary", "ladder", "members"}
+        assert set(tree.children) == {"summary", "ladder", "profile", "schemes", "members"}
     assert main(["run", "study.nc", "-o", "again.nc", "--quiet"]) == 0
     assert {path.name for path in Path().iterdir()} == {"study.nc", "study.png", "again.nc"}
 

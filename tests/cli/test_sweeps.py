@@ -118,7 +118,7 @@ def test_a_refinement_says_where_the_outcome_changes(capsys: pytest.CaptureFixtu
     told = capsys.readouterr().out
     assert re.search(r"failed at size = (\d+), complete at (\d+)", told)
     assert main([*words, "--refine", "grid.size=100,120", "--outcome", "momentum_drift > 1", "-o", "s"]) == 0
-    assert "no at all 2 values of size" in capsys.readouterr().err
+    assert "no at all 2 values of size" in capsys.readouterr().out
     assert main([*words, "--refine", "grid.size=100,120", "--vary", "t_end=1,2", "-o", "t"]) == 2
     assert "give --refine, --vary or --draw" in capsys.readouterr().err
     assert main([*words, "--refine", "grid.size=a,b", "-o", "t"]) == 2
