@@ -1,4 +1,4 @@
-"""What a member of a sweep costs besides its solver: `python -m benchmarks.sweeping [--members 10000] [--per-file 50]`.
+"""What a member of a sweep costs besides its solver: `python -m benchmarks.sweeping [--members 10000] [--per-file 100]`.
 
 Small runs (N = 75, order 6, t = 2) with random speeds and viscosities in two processes. Printed are the seconds, the time of
 each member outside its run, files, bytes and memory, and then how long `open_sweep` takes and a mean over one axis of all last

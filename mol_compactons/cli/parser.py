@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 
 import shtab
 
+from mol_compactons.cli.films import add_animate
 from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_track
 from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
@@ -59,6 +60,7 @@ def parser() -> Parser:
         add_run,
         add_info,
         add_plot,
+        add_animate,
         add_track,
         add_doctor,
         add_converge,

@@ -1,17 +1,20 @@
 """Pictures: functions of a result and the axes to draw in, and whole figures."""
 
+from mol_compactons.figures.animation import animate
 from mol_compactons.figures.chain import side_by_side
 from mol_compactons.figures.orbits import orbit_overview
-from mol_compactons.figures.results import drifts, overview, waterfall
+from mol_compactons.figures.results import drifts, overview, profiles, waterfall
 from mol_compactons.figures.stability import stability_overview
 from mol_compactons.figures.studies import convergence_overview, schemes_overview
 from mol_compactons.figures.sweeps import sweep_overview, sweep_panel
 
 __all__ = [
+    "animate",
     "convergence_overview",
     "drifts",
     "orbit_overview",
     "overview",
+    "profiles",
     "schemes_overview",
     "side_by_side",
     "stability_overview",

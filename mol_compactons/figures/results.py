@@ -18,6 +18,21 @@ PROFILES = 40
 """How many profiles a waterfall shows at most."""
 
 
+def profiles(dataset: xr.Dataset, variable: str | None = None) -> xr.DataArray:
+    """What pictures show of a result, along t and space: a component or, of a chain in displacements, its stresses.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    variable : str, optional
+        Which component; by default the first one, and of displacements R_k = Q_(k-1) - Q_k.
+    """
+    dataset = arranged(dataset)
+    name = variable or field_names(dataset)[0]
+    return (-dataset[name].diff(space_of(dataset))).rename("R") if name == "Q" else dataset[name]
+
+
 def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> None:
     """Draw the profiles in space-time as in the paper's Figs 1 and 2: each is lifted by its time.
 
@@ -32,11 +47,8 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     variable : str, optional
         Which component; by default the first one.
     """
-    dataset = arranged(dataset)
-    name, space = variable or field_names(dataset)[0], space_of(dataset)
-    field = dataset[name]
-    if name == "Q":
-        name, field = "R", -field.diff(space)
+    field = profiles(dataset, variable)
+    name, space = field.name, space_of(dataset)
     frames = field.isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
     times, x = frames["t"].values, frames[space].values
     height = float(np.abs(frames.isel(t=0)).max()) or 1.0

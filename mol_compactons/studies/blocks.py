@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 MANY = 1000
 """From more members than this on, members share files unless told otherwise."""
 
-PER_FILE = 50
+PER_FILE = 100
 """How many share one."""
 
 MOST_BYTES = 2**25

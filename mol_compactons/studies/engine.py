@@ -30,6 +30,9 @@ ANSWER_SECONDS = 8
 ORPHAN_SECONDS = 0.5
 """How often a process that runs members looks whether that of the study is still there."""
 
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""How numerical libraries are told their number of threads before they are loaded."""
+
 Watch = Callable[[], None]
 """Called now and then; what it raises ends the study."""
 
@@ -157,7 +160,8 @@ def _begin(study: int) -> None:
     """Begin a process that runs members: one numerical thread, and an end where the process of the study has ended."""
     from threadpoolctl import threadpool_limits
 
-    threadpool_limits(1)
+    threadpool_limits(1)  # of the libraries that are loaded; those that come later look at the environment
+    os.environ.update(dict.fromkeys(THREADS, "1"))
 
     def look() -> None:
         while os.getppid() == study:

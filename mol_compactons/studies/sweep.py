@@ -89,7 +89,7 @@ def sweep(
     tracked : bool
         Whether the waves of the members are followed.
     per_file : int, optional
-        How many small members share a file at most; by default each has its own, and of more than a thousand 50 share one.
+        How many small members share a file at most; by default each has its own, and of more than a thousand 100 share one.
         What shares a file is lost together where its process is killed, and runs again from its beginning.
     tell : callable, optional
         Called with the progress when a member has ended.

@@ -95,19 +95,22 @@ def table(plan: Mapping[str, Any], rows: Iterable[Row]) -> xr.Dataset:
     texts = {name: np.full(shape, "", dtype=object) for name in words}
     texts["status"][...] = MISSING
     known = list(rows)
-    numbers = _columns(known, shape)
+    of_waves, numbers = _columns(known, shape)
     for row in known:
         for place in map(tuple, row["places"]):
             for word in words:
                 texts[word][place] = row[word]
             numbers["seconds"][place] = row.get("seconds", math.nan)
             for name, value in row["quantities"].items():
-                numbers[name][place][: np.size(value)] = value if np.ndim(value) else [value]
+                if isinstance(value, list):
+                    numbers[name][place][: len(value)] = value
+                elif name in of_waves:
+                    numbers[name][place][0] = value
+                else:
+                    numbers[name][place] = value
     variables = {name: (dimensions, values.astype(str), _attributes(name)) for name, values in texts.items()}
     for name, values in numbers.items():
-        single = name not in _of_waves(known)
-        place = (dimensions, values[..., 0]) if single else ([*dimensions, WAVE], values)
-        variables[name] = (*place, _attributes(name))
+        variables[name] = ([*dimensions, WAVE] if name in of_waves else dimensions, values, _attributes(name))
     return xr.Dataset(variables, coordinates)
 
 
@@ -122,19 +125,16 @@ def values_of(field: Mapping[str, Any]) -> Any:
         return np.array(field["told"], dtype=str)
 
 
-def _of_waves(rows: list[Row]) -> set[str]:
-    """The quantities that members have for each wave."""
-    return {name for row in rows for name, value in row["quantities"].items() if np.ndim(value)}
-
-
-def _columns(rows: list[Row], shape: tuple[int, ...]) -> dict[str, Any]:
-    """An array of NaN for each quantity, with room for all waves along its last axis."""
-    names = dict.fromkeys(name for row in rows for name in row["quantities"])
-    of_waves = _of_waves(rows)
-    most = max((np.size(value) for row in rows for value in row["quantities"].values()), default=1)
-    return {name: np.full((*shape, most if name in of_waves else 1), np.nan) for name in names} | {
-        "seconds": np.full((*shape, 1), np.nan)
-    }
+def _columns(rows: list[Row], shape: tuple[int, ...]) -> tuple[set[str], dict[str, Any]]:
+    """The quantities that members have for each wave, and an array of NaN for each quantity, with room for all waves."""
+    lengths: dict[str, int] = {}
+    for row in rows:
+        for name, value in row["quantities"].items():
+            lengths[name] = max(lengths.get(name, 0), len(value) if isinstance(value, list) else 0)
+    most = max(lengths.values(), default=0)
+    of_waves = {name for name, length in lengths.items() if length}
+    columns = {name: np.full((*shape, most) if name in of_waves else shape, np.nan) for name in lengths}
+    return of_waves, columns | {"seconds": np.full(shape, np.nan)}
 
 
 def _attributes(name: str) -> dict[str, str]:

@@ -1,0 +1,258 @@
+"""Films of results: profiles that move, of one run or of several, seen from the laboratory or from what moves along."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mol_compactons.analysis.chain_and_continuum import on_lattice
+from mol_compactons.errors import InputError, require
+from mol_compactons.figures.results import profiles
+from mol_compactons.results.places import check_target, written_whole
+from mol_compactons.results.reading import field_names, space_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+MOST_FRAMES = 400
+"""How many pictures a film has unless told otherwise."""
+
+DPI = 100
+PANEL = (12.0, 3.6)
+"""The size of a panel in inches; the pixels are even numbers, as films need them."""
+
+MARGIN = 0.06
+"""The room above the highest and below the lowest value, relative to the range."""
+
+DEEPEST_GAP = 0.5
+"""How far below zero a stress is shown, relative to the largest one: a gap between grains has no stress, and may be wide."""
+
+COLORS = 64
+"""How many colours a GIF has."""
+
+STYLES = (("#1f4e79", "-"), ("#c55a11", "--"), ("#548235", "-."), ("#7f6084", ":"))
+"""Colours and dashes of runs on one axis, told apart in grey too."""
+
+ENDINGS = (".mp4", ".gif", ".webp")
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """The profiles of one run, ready to be drawn.
+
+    Parameters
+    ----------
+    label : str
+        What it is called.
+    t, x : array
+        Its times and points.
+    values : array, shape (times, points)
+        The field.
+    name : str
+        That of the field.
+    space : str
+        That of the coordinate.
+    period : float
+        After how long a distance the line closes.
+    """
+
+    label: str
+    t: Array
+    x: Array
+    values: Array
+    name: str
+    space: str
+    period: float
+
+    def at(self, t: float, speed: float) -> Array:
+        """The profile at the frame next to a time, seen from what moves with a speed; the line is a ring."""
+        profile: Array = self.values[int(np.abs(self.t - t).argmin())]
+        if not speed:
+            return profile
+        places = (self.x + speed * t - self.x[0]) % self.period
+        return np.asarray(np.interp(places, np.append(self.x - self.x[0], self.period), np.append(profile, profile[0])))
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The range that is shown."""
+        low, high = float(np.nanmin(self.values)), float(np.nanmax(self.values))
+        if self.name == "R" and high > 0:
+            low = max(low, -DEEPEST_GAP * high)
+        room = MARGIN * ((high - low) or 1.0)
+        return low - room, high + room
+
+
+def courses(datasets: Sequence[xr.Dataset], labels: Sequence[str] = ()) -> list[Course]:
+    """What a film shows of results; a continuum beside a chain is shown in the coordinates of the chain.
+
+    Parameters
+    ----------
+    datasets : sequence of xarray.Dataset
+        Results; that of a chain first, if there are a chain and its continuum.
+    labels : sequence of str, optional
+        What they are called; by default by their titles.
+    """
+    chain = next((one for one in datasets if space_of(one) == "k"), None)
+    made = []
+    for index, dataset in enumerate(datasets):
+        field = profiles(dataset)
+        if chain is not None and space_of(dataset) == "x":
+            field = on_lattice(dataset, str(chain.attrs["simulation"])).rename(field_names(dataset)[0])
+        space = space_of(dataset)
+        x = field[space].values
+        label = labels[index] if labels else str(dataset.attrs.get("title", "")).split(";")[0]
+        period = float(x[1] - x[0]) * x.size
+        made.append(Course(label, field["t"].values, x, field.values, str(field.name), str(space), period))
+    return made
+
+
+def animate(
+    datasets: Sequence[xr.Dataset],
+    path: str | Path,
+    *,
+    labels: Sequence[str] = (),
+    together: bool = False,
+    speed: float = 0.0,
+    rate: float = 25.0,
+    most_frames: int = MOST_FRAMES,
+    overwrite: bool = False,
+    watch: Callable[[float], None] = lambda share: None,
+) -> int:
+    """Make a film of results.
+
+    Parameters
+    ----------
+    datasets : sequence of xarray.Dataset
+        Results; a chain and its continuum are shown in the coordinates of the chain.
+    path : str or Path
+        Where to: the ending says which kind, ``.mp4`` (needs imageio-ffmpeg, the extra ``film``), ``.gif`` or ``.webp``.
+    labels : sequence of str, optional
+        What the results are called.
+    together : bool
+        Whether all are drawn on one axis, or each has its own.
+    speed : float
+        That of the frame from which the waves are seen; 0 for the laboratory.
+    rate : float
+        Pictures for each second.
+    most_frames : int
+        How many pictures at most; of more frames some are left out.
+    overwrite : bool
+        Whether a file that exists may be replaced.
+    watch : callable, optional
+        Called with the share that is done.
+
+    Returns
+    -------
+    int
+        How many pictures the film has.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to show, the ending is another, a number is out of range, or the file cannot be written.
+    """
+    path = Path(path)
+    require(len(datasets) > 0, "There is no result to make a film of; give one.")
+    require(not labels or len(labels) == len(datasets), f"There are {len(datasets)} results and {len(labels)} labels.")
+    require(path.suffix.lower() in ENDINGS, f"{path} must end in {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}, to be a film.")
+    require(0.1 <= rate <= 100, f"rate = {rate:g} pictures a second must lie between 0.1 and 100.")
+    require(2 <= most_frames <= 10**5, f"most_frames = {most_frames} must lie between 2 and 100000.")
+    require(abs(speed) < 1e9, f"speed = {speed:g} must lie between -1e9 and 1e9.")
+    check_target(path, overwrite)
+    shown = courses(datasets, labels)
+    end = min(float(one.t[-1]) for one in shown)
+    count = min(max(one.t.size for one in shown), most_frames)
+    require(min(one.t.size for one in shown) > 1, "A film needs results of two frames or more.")
+    times = np.linspace(0, end, count)
+    write = _write_mp4 if path.suffix.lower() == ".mp4" else _write_by_pillow
+    with written_whole(path) as part:
+        write(part, _pictures(shown, times, together, speed, watch), rate)
+    return count
+
+
+def _pictures(
+    shown: Sequence[Course], times: Array, together: bool, speed: float, watch: Callable[[float], None]
+) -> Iterator[Picture]:
+    """The pictures, one after the other: what does not move is drawn once."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    rows = 1 if together else len(shown)
+    figure = Figure(figsize=(PANEL[0], PANEL[1] * rows), dpi=DPI, layout="constrained")
+    canvas: Any = FigureCanvasAgg(figure)
+    panels = figure.subplots(rows, 1, squeeze=False)[:, 0]
+    lines = []
+    for index, one in enumerate(shown):
+        axes = panels[0 if together else index]
+        color, dash = STYLES[index % len(STYLES)]
+        lines.append(axes.plot(one.x, one.values[0], color=color, linestyle=dash if together else "-", label=one.label)[0])
+        axes.set(xlabel=_across(one, speed), ylabel=one.name, xlim=(one.x[0], one.x[-1]))
+        limits = [other.limits for other in (shown if together else (one,))]
+        axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+        if not together:
+            axes.set_title(one.label, fontsize=10, parse_math=False)
+    if together:
+        figure.legend(loc="outside upper center", ncols=len(shown), frameon=False)
+    clock = panels[0].text(0.01, 0.96, "t = 0", transform=panels[0].transAxes, va="top", animated=True)
+    for line in lines:
+        line.set_animated(True)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
+    for number, t in enumerate(times):
+        canvas.restore_region(background)
+        for line, one in zip(lines, shown, strict=True):
+            line.set_ydata(one.at(float(t), speed))
+            line.axes.draw_artist(line)
+        clock.set_text(f"t = {t:.2f}")
+        panels[0].draw_artist(clock)
+        yield np.asarray(canvas.buffer_rgba()).copy()
+        watch((number + 1) / times.size)
+
+
+def _across(one: Course, speed: float) -> str:
+    return one.space if not speed else f"{one.space} - {speed:g} t"
+
+
+def _write_mp4(path: Path, pictures: Iterator[Picture], rate: float) -> None:
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise InputError("A film as .mp4 needs imageio-ffmpeg: pip install 'mol_compactons[film]'; or end in .webp.") from None
+    first = next(pictures)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    raw = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", f"{rate:g}", "-i", "-"]
+    coded = ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", str(path)]
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", *raw, *coded]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as encoder:
+        assert encoder.stdin is not None
+        assert encoder.stderr is not None
+        try:
+            for picture in itertools.chain([first], pictures):
+                encoder.stdin.write(picture.tobytes())
+            encoder.stdin.close()
+        except BrokenPipeError:
+            pass  # it says why
+        said = encoder.stderr.read().decode(errors="replace").strip()
+    if encoder.returncode != 0:
+        reason = said.splitlines()[-1] if said else f"status {encoder.returncode}"
+        raise InputError(f"The film could not be encoded ({reason}); end its name in .webp or .gif.")
+
+
+def _write_by_pillow(path: Path, pictures: Iterator[Picture], rate: float) -> None:
+    from PIL import Image
+
+    images: Any = (Image.fromarray(picture).convert("RGB") for picture in pictures)
+    if path.suffix.lower() == ".gif":  # Pillow's own choice of colours takes four times as long
+        images = (image.quantize(COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE) for image in images)
+    first = next(images)
+    first.save(path, save_all=True, append_images=images, duration=round(1000 / rate), loop=0)

@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from mol_compactons import (
+    CVODE,
+    ChainCompacton,
+    Compacton,
+    GranularChain,
+    InputError,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Simulation,
+    Symplectic,
+    continuum_of,
+    run,
+)
+from mol_compactons.figures.animation import _pictures, animate, courses
+from tests.systems import one_compacton
+
+
+@pytest.fixture(scope="module")
+def pair() -> xr.Dataset:
+    """Two compactons, 24 frames."""
+    waves = [Compacton(1, 6), Compacton(0.25, 16)]
+    return run(replace(one_compacton(size=150, t_end=5, frames=24), initial=waves, title="a pair"))
+
+
+@pytest.fixture(scope="module")
+def chain() -> list[xr.Dataset]:
+    """A chain and its continuum."""
+    discrete = Simulation(
+        title="a chain",
+        equation=GranularChain(PowerContact(n=3 / 2), ends="held"),
+        grid=Lattice(size=40),
+        scheme=NearestNeighbours(),
+        initial=[ChainCompacton(speed=1, center=10)],
+        t_end=8,
+        frames=11,
+        integrator=Symplectic(step=0.05),
+    )
+    smooth = replace(continuum_of(discrete, points_per_site=8), integrator=CVODE(rtol=1e-4))
+    return [run(discrete), run(smooth)]
+
+
+def by_pillow(path: Path) -> list[np.ndarray[Any, Any]]:
+    from PIL import Image, ImageSequence
+
+    with Image.open(path) as film:
+        return [np.asarray(picture.convert("RGB")) for picture in ImageSequence.Iterator(film)]
+
+
+def by_ffmpeg(path: Path, shape: tuple[int, ...]) -> list[np.ndarray[Any, Any]]:
+    exe = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
+    command = [exe, "-loglevel", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    raw = subprocess.run(command, capture_output=True, check=True).stdout
+    return list(np.frombuffer(raw, np.uint8).reshape(-1, *shape))
+
+
+def crest(picture: np.ndarray[Any, Any]) -> float:
+    """How far to the right the highest point of the line stands, as a share of the picture."""
+    colors = picture.astype(int)
+    near = (colors[..., 2] - colors[..., 0] > 50).nonzero()  # the line is blue, all else grey
+    top = near[0].min()
+    return float(near[1][near[0] <= top + 2].mean() / picture.shape[1])
+
+
+@pytest.mark.parametrize("ending", ["mp4", "gif", "webp"])
+def test_a_film_decoded_again_is_what_was_drawn(pair: xr.Dataset, ending: str, tmp_path: Path) -> None:
+    path = tmp_path / f"film.{ending}"
+    if ending == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    assert animate([pair], path) == 24
+    times = np.linspace(0, 5, 24)
+    drawn = [picture[..., :3] for picture in _pictures(courses([pair]), times, False, 0.0, lambda share: None)]
+    decoded = by_ffmpeg(path, drawn[0].shape) if ending == "mp4" else by_pillow(path)
+    assert len(decoded) == 24
+    for seen, made in zip(decoded, drawn, strict=True):
+        assert seen.shape == made.shape
+        assert np.abs(seen.astype(int) - made).mean() < 2
+    places = [crest(picture) for picture in decoded]
+    assert (np.diff(places) > 0).all(), "the higher wave moves to the right"
+    assert places[-1] - places[0] == pytest.approx(5 / 30 * 0.92, rel=0.12)
+
+
+def test_seen_from_the_wave_it_stands_still(pair: xr.Dataset) -> None:
+    times = np.linspace(0, 5, 24)
+    places = [crest(picture) for picture in _pictures(courses([pair]), times, False, 1.0, lambda share: None)]
+    assert np.ptp(places) < 0.02
+    (one,) = courses([pair])
+    np.testing.assert_array_equal(one.at(5.0, 0.0), pair.W.values[-1])
+    np.testing.assert_allclose(one.at(5.0, 30.0 / 5), pair.W.values[-1], atol=1e-12)
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_a_chain_and_its_continuum_move_together(chain: list[xr.Dataset], together: bool, tmp_path: Path) -> None:
+    discrete, smooth = courses(chain)
+    for t in (0.0, 4.0, 8.0):
+        positions = [float(one.x[one.at(t, 0.0).argmax()]) for one in (discrete, smooth)]
+        assert positions[0] == pytest.approx(positions[1], abs=0.7)
+        assert positions[0] == pytest.approx(10 + t * np.sqrt(1.0), abs=1.0)
+    path = tmp_path / "film.webp"
+    assert animate(chain, path, together=together) == max(one.sizes["t"] for one in chain)
+    pictures = by_pillow(path)
+    assert pictures[0].shape[0] == (360 if together else 720)
+    assert np.abs(pictures[0].astype(int) - pictures[-1]).mean() > 0.1
+
+
+def test_an_opened_gap_does_not_crush_the_rest() -> None:
+    values = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, -50.0]])
+    result = xr.Dataset({"R": (("t", "k"), values)}, {"t": [0.0, 1.0], "k": [0, 1, 2]})
+    (one,) = courses([result], ["gap"])
+    assert one.limits == pytest.approx((-0.5 - 0.09, 1.09))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"datasets": []}, "no result to make a film of"),
+        ({"rate": 0.0}, "rate = 0 pictures a second"),
+        ({"most_frames": 1}, "most_frames = 1 must lie"),
+        ({"labels": ["a", "b"]}, "1 results and 2 labels"),
+        ({"speed": np.inf}, "speed = inf"),
+    ],
+)
+def test_bad_input_is_named(pair: xr.Dataset, arguments: dict[str, Any], words: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=words):
+        animate(**{"datasets": [pair], "path": tmp_path / "film.gif"} | arguments)  # type: ignore[arg-type]
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(InputError, match="two frames or more"):
+        animate([pair.isel(t=[0])], tmp_path / "film.gif")
