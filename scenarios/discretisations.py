@@ -6,8 +6,8 @@ without; the others have one of 0.03 in grid units, of sixth order, which vanish
 whose errors are those against a run on four times as many points, by the conservative scheme of order 6. A period of the
 smooth wave has 16 to 128 points, the boxes of the compactons 150 to 600.
 
-    python scenarios/discretisations.py                   # all of it, discretisations.nc and .png: some twenty minutes
-    python scenarios/discretisations.py --quick           # n = 3, and coarser grids: a minute
+    python scenarios/discretisations.py                   # all of it, discretisations.nc and .png: half an hour
+    python scenarios/discretisations.py --quick           # n = 3, and coarser grids: two minutes
 
 What was interrupted goes on from where it was. docs/discretisations.md reads the result.
 """
@@ -38,7 +38,7 @@ from mol_compactons import (
     converge,
     run,
 )
-from mol_compactons.figures import schemes_overview
+from mol_compactons.figures import scheme_errors, schemes_overview
 from mol_compactons.results.opening import write_tree
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.studies import compare_schemes
@@ -207,6 +207,7 @@ if __name__ == "__main__":
     folder.mkdir(exist_ok=True)
     result = study(folder, quick)
     write_tree(result, "discretisations.nc")
-    schemes_overview(result).savefig("discretisations.png", dpi=150)
+    scheme_errors(result).savefig("discretisations.png", dpi=100)
+    schemes_overview(result).savefig("discretisations_costs.png", dpi=100)
     shutil.rmtree(folder)
     print(result)

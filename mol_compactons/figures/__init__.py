@@ -5,7 +5,7 @@ from mol_compactons.figures.chain import side_by_side
 from mol_compactons.figures.orbits import orbit_overview
 from mol_compactons.figures.results import drifts, overview, profiles, waterfall
 from mol_compactons.figures.stability import stability_overview
-from mol_compactons.figures.studies import convergence_overview, schemes_overview
+from mol_compactons.figures.studies import convergence_overview, scheme_errors, schemes_overview
 from mol_compactons.figures.sweeps import sweep_overview, sweep_panel
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "orbit_overview",
     "overview",
     "profiles",
+    "scheme_errors",
     "schemes_overview",
     "side_by_side",
     "stability_overview",

@@ -83,8 +83,7 @@ def schemes_overview(table: xr.Dataset) -> Figure:
     figure = Figure(figsize=(12, 3.1 * len(rows) + 0.9), layout="constrained")
     panels = figure.subplots(len(rows), 3, squeeze=False)
     for (title, row), (errors, costs, drifts) in zip(rows, panels, strict=True):
-        _scheme_lines(row["size"], row["error"], errors)
-        _slopes(row, errors)
+        _error_panel(row, errors)
         _scheme_lines(row["cpu_seconds"], row["error"], costs)
         conserved = [str(name) for name in row.data_vars if str(name).endswith("_drift") and bool(row[name].notnull().any())]
         name = "momentum_drift" if "momentum_drift" in conserved else conserved[0]
@@ -136,13 +135,46 @@ def _scheme_lines(across: xr.DataArray, up: xr.DataArray, axes: Axes) -> None:
         axes.minorticks_off()
 
 
-def _slopes(row: xr.Dataset, axes: Axes) -> None:
-    """The slopes of the orders 2, 4 and 6, and the error below which nothing is known."""
-    sizes = row["size"].values
-    limits = axes.get_ylim()
-    top = float(row["error"].max())
-    for order in (2, 4, 6):
-        axes.loglog(sizes, top * (sizes[0] / sizes) ** order, color="lightgrey", linewidth=0.7, zorder=0)
+def scheme_errors(table: xr.Dataset) -> Figure:
+    """The errors of discretisations alone: a row for each problem, a column for each n.
+
+    Parameters
+    ----------
+    table : xarray.Dataset
+        As for `schemes_overview`, along ``problem`` and ``n``.
+    """
+    from matplotlib.figure import Figure
+
+    rows = _rows_of(table)
+    across = table.sizes["n"]
+    figure = Figure(figsize=(3.6 * across, 3 * -(-len(rows) // across) + 0.8), layout="constrained")
+    panels = figure.subplots(-(-len(rows) // across), across, squeeze=False).ravel()
+    for (title, row), axes in zip(rows, panels, strict=False):
+        _error_panel(row, axes)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=8)
+    for axes in panels[::across]:
+        axes.set_ylabel("relative L2 error")
+    for axes in panels[-across:]:
+        axes.set_xlabel("points")
+    lines, labels = panels[0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    return figure
+
+
+def _error_panel(row: xr.Dataset, axes: Axes) -> None:
+    """The error of each scheme against the number of points."""
+    _slopes(row, axes)
+    limits = 0.5 * float(row["error"].min()), 2 * float(row["error"].max())
+    _scheme_lines(row["size"], row["error"], axes)
     axes.set_ylim(limits)
     if float(row["reference_error"]) > limits[0]:
         axes.axhspan(limits[0], float(row["reference_error"]), color="0.93", zorder=0)
+
+
+def _slopes(row: xr.Dataset, axes: Axes) -> None:
+    """The slopes of the orders 2, 4 and 6."""
+    sizes = row["size"].values
+    for order in (2, 4, 6):
+        slope = float(row["error"].max()) * (sizes[0] / sizes) ** float(order)
+        axes.loglog(sizes, slope, color="lightgrey", linewidth=0.7, zorder=0)

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -132,3 +134,35 @@ def test_a_chain_has_no_discretisations() -> None:
     assert "schemes" not in tree.children
     with pytest.raises(InputError, match="A chain has no discretisations"):
         compare_schemes(tree)
+
+
+def test_the_page_says_what_plain_xarray_says(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its code runs as it stands, and prints what stands below it."""
+    docs = Path(__file__).parents[2] / "docs"
+    monkeypatch.chdir(docs)
+    page = (docs / "discretisations.md").read_text(encoding="utf-8")
+    names: dict[str, object] = {}
+    pairs = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", page, re.DOTALL)
+    assert len(pairs) == 4
+    for code, expected in pairs:
+        exec(code, names)
+        assert capsys.readouterr().out.strip() == expected.strip()
+
+
+def test_the_orders_of_the_study_are_those_of_the_page_on_schemes() -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    page = (docs / "schemes.md").read_text(encoding="utf-8")
+    with xr.open_dataset(docs / "discretisations.nc") as study:
+        orders = study["fitted_order"].load()
+    tables = {
+        ("smooth wave", 3.0): page.split("## Observed orders")[1].split("The Fourier error")[0],
+        **{("compacton", n): page.split(f"\nn = {n:g}:\n")[1].split("\nn = ")[0].split("\n## ")[0] for n in (1.5, 2.0, 3.0)},
+    }
+    compared = 0
+    for (problem, n), table in tables.items():
+        for scheme, rate in re.findall(r"^\| ([^|]+) \|.*\| ([\d.]+) \|$", table, re.MULTILINE):
+            own = float(orders.sel(problem=problem, n=n, scheme=scheme))
+            if np.isfinite(own):
+                assert own == pytest.approx(float(rate), abs=0.006)
+                compared += 1
+    assert compared == 6 + 3 + 4 + 4
