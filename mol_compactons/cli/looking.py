@@ -18,13 +18,14 @@ from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import tell
 from mol_compactons.cli.studies import print_study
 from mol_compactons.cli.sweeps import is_sweep, picture_of_sweep, print_sweep
-from mol_compactons.errors import InputError
+from mol_compactons.errors import InputError, require
 from mol_compactons.results.form import check_form, reading, settings_of, understanding
 from mol_compactons.results.opening import open_result, open_study, status_of
 from mol_compactons.results.places import check_target
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from mol_compactons.cli.common import Commands
 
@@ -34,6 +35,11 @@ LONGEST_LINE = 120
 
 TRACK_COLUMNS = ("t", "position", "height", "speed", "family_speed", "residual")
 """What is told of a wave."""
+
+
+RESULT_KINDS = ("waterfall", "map", "snapshots", "paths", "drift", "spectrum", "portrait")
+STUDY_KINDS = ("ladder", "schemes")
+"""What is drawn of a result, and of a study."""
 
 
 def add_info(commands: Commands) -> None:
@@ -80,8 +86,25 @@ def add_plot(commands: Commands) -> None:
         "plot", help="draw a result (the waterfall and the drift of the invariants), a study or a sweep"
     )
     parser.add_argument("result", metavar="FILE.nc|FOLDER")
-    parser.add_argument("--kind", choices=("ladder", "schemes"), help="of a study: its ladder (default), or its schemes")
-    parser.add_argument("-o", "--output", metavar="FILE.png", help="where to write (default: the result's name)")
+    parser.add_argument(
+        "--kind",
+        choices=(*RESULT_KINDS, *STUDY_KINDS),
+        help=f"what is drawn: of a result {', '.join(RESULT_KINDS)} (default: waterfall and drift); of a study "
+        f"{', '.join(STUDY_KINDS)} (default: ladder)",
+    )
+    parser.add_argument("--times", metavar="T,...", help="of snapshots and a portrait: the times that are shown")
+    parser.add_argument(
+        "--window", metavar="FROM:TO", help="the points between which a result is shown; either may be missing"
+    )
+    parser.add_argument(
+        "--style",
+        choices=("screen", "journal", "journal-wide"),
+        default="screen",
+        help="for the screen, or for one or two columns of a journal",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE.png|FILE.pdf|FILE.svg", help="where to (default: the result's name, .png)"
+    )
     parser.add_argument("--overwrite", action="store_true", help="replace a file that exists")
     parser.set_defaults(handle=_plot)
 
@@ -194,7 +217,7 @@ def shown(part: Any) -> str:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    from mol_compactons.figures import convergence_overview, orbit_overview, overview, schemes_overview
+    from mol_compactons.figures import convergence_overview, orbit_overview, schemes_overview
 
     result = Path(options.result)
     if is_sweep(result):
@@ -204,7 +227,11 @@ def _plot(options: argparse.Namespace) -> None:
         return
     with reading(result), open_result(result) as dataset:
         path = Path(options.output or result.with_suffix(".png"))
-        if "family" in dataset.attrs:
+        of_study = "family" in dataset.attrs
+        wrong = options.kind is not None and (options.kind in STUDY_KINDS) != of_study
+        allowed = ", ".join(STUDY_KINDS if of_study else RESULT_KINDS)
+        require(not wrong, f"{result} is {'a study' if of_study else 'no study'}; choose a --kind among {allowed}.")
+        if of_study:
             check_target(path, options.overwrite)
             with understanding(result, "study"), open_study(result) as tree:
                 schemes = options.kind == "schemes"
@@ -221,4 +248,32 @@ def _plot(options: argparse.Namespace) -> None:
         if dataset.sizes["t"] < 2:
             raise InputError(f"{result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
         check_target(path, options.overwrite)
-        save(overview(dataset), path)
+        save(_picture_of(dataset, options), path)
+
+
+def _picture_of(dataset: xr.Dataset, options: argparse.Namespace) -> Figure:
+    """The picture of a result that the options describe."""
+    from mol_compactons.figures import overview, picture, window
+
+    part = _window(options.window) if options.window else (None, None)
+    if options.kind is None and not options.times and options.style == "screen":
+        return overview(dataset if part == (None, None) else window(dataset, *part))
+    kind = options.kind or ("snapshots" if options.times else "waterfall")
+    return picture(dataset, kind, times=_numbers("--times", options.times), part=part, style=options.style)
+
+
+def _window(text: str) -> tuple[float | None, float | None]:
+    """The ends of a window."""
+    ends = text.split(":")
+    try:
+        start, end = (float(one) if one.strip() else None for one in ends)
+    except ValueError:
+        raise InputError(f"--window {text} is not understood; write FROM:TO, as 5:40 or 5:.") from None
+    return start, end
+
+
+def _numbers(option: str, text: str | None) -> list[float]:
+    try:
+        return [float(one) for one in text.split(",")] if text else []
+    except ValueError:
+        raise InputError(f"{option} {text} is not understood; write numbers, as 0,10,20.") from None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.analysis.chain_and_continuum import on_lattice
 from mol_compactons.errors import InputError, require
-from mol_compactons.figures.results import profiles
+from mol_compactons.figures.results import LINE, profiles, shown
 from mol_compactons.results.places import check_target, written_whole
 from mol_compactons.results.reading import field_names, space_of
 
@@ -34,13 +34,10 @@ PANEL = (12.0, 3.6)
 MARGIN = 0.06
 """The room above the highest and below the lowest value, relative to the range."""
 
-DEEPEST_GAP = 0.5
-"""How far below zero a stress is shown, relative to the largest one: a gap between grains has no stress, and may be wide."""
-
 COLORS = 64
 """How many colours a GIF has."""
 
-STYLES = (("#1f4e79", "-"), ("#c55a11", "--"), ("#548235", "-."), ("#7f6084", ":"))
+STYLES = ((LINE, "-"), ("#c55a11", "--"), ("#548235", "-."), ("#7f6084", ":"))
 """Colours and dashes of runs on one axis, told apart in grey too."""
 
 ENDINGS = (".mp4", ".gif", ".webp")
@@ -86,8 +83,6 @@ class Course:
     def limits(self) -> tuple[float, float]:
         """The range that is shown."""
         low, high = float(np.nanmin(self.values)), float(np.nanmax(self.values))
-        if self.name == "R" and high > 0:
-            low = max(low, -DEEPEST_GAP * high)
         room = MARGIN * ((high - low) or 1.0)
         return low - room, high + room
 
@@ -112,7 +107,7 @@ def courses(datasets: Sequence[xr.Dataset], labels: Sequence[str] = ()) -> list[
         x = field[space].values
         label = labels[index] if labels else str(dataset.attrs.get("title", "")).split(";")[0]
         period = float(x[1] - x[0]) * x.size
-        made.append(Course(label, field["t"].values, x, field.values, str(field.name), str(space), period))
+        made.append(Course(label, field["t"].values, x, shown(field), str(field.name), str(space), period))
     return made
 
 
@@ -169,40 +164,40 @@ def animate(
     require(2 <= most_frames <= 10**5, f"most_frames = {most_frames} must lie between 2 and 100000.")
     require(abs(speed) < 1e9, f"speed = {speed:g} must lie between -1e9 and 1e9.")
     check_target(path, overwrite)
-    shown = courses(datasets, labels)
-    end = min(float(one.t[-1]) for one in shown)
-    count = min(max(one.t.size for one in shown), most_frames)
-    require(min(one.t.size for one in shown) > 1, "A film needs results of two frames or more.")
+    films = courses(datasets, labels)
+    end = min(float(one.t[-1]) for one in films)
+    count = min(max(one.t.size for one in films), most_frames)
+    require(min(one.t.size for one in films) > 1, "A film needs results of two frames or more.")
     times = np.linspace(0, end, count)
     write = _write_mp4 if path.suffix.lower() == ".mp4" else _write_by_pillow
     with written_whole(path) as part:
-        write(part, _pictures(shown, times, together, speed, watch), rate)
+        write(part, _pictures(films, times, together, speed, watch), rate)
     return count
 
 
 def _pictures(
-    shown: Sequence[Course], times: Array, together: bool, speed: float, watch: Callable[[float], None]
+    films: Sequence[Course], times: Array, together: bool, speed: float, watch: Callable[[float], None]
 ) -> Iterator[Picture]:
     """The pictures, one after the other: what does not move is drawn once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    rows = 1 if together else len(shown)
+    rows = 1 if together else len(films)
     figure = Figure(figsize=(PANEL[0], PANEL[1] * rows), dpi=DPI, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
     panels = figure.subplots(rows, 1, squeeze=False)[:, 0]
     lines = []
-    for index, one in enumerate(shown):
+    for index, one in enumerate(films):
         axes = panels[0 if together else index]
         color, dash = STYLES[index % len(STYLES)]
         lines.append(axes.plot(one.x, one.values[0], color=color, linestyle=dash if together else "-", label=one.label)[0])
         axes.set(xlabel=_across(one, speed), ylabel=one.name, xlim=(one.x[0], one.x[-1]))
-        limits = [other.limits for other in (shown if together else (one,))]
+        limits = [other.limits for other in (films if together else (one,))]
         axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
         if not together:
             axes.set_title(one.label, fontsize=10, parse_math=False)
     if together:
-        figure.legend(loc="outside upper center", ncols=len(shown), frameon=False)
+        figure.legend(loc="outside upper center", ncols=len(films), frameon=False)
     clock = panels[0].text(0.01, 0.96, "t = 0", transform=panels[0].transAxes, va="top", animated=True)
     for line in lines:
         line.set_animated(True)
@@ -210,7 +205,7 @@ def _pictures(
     background = canvas.copy_from_bbox(figure.bbox)
     for number, t in enumerate(times):
         canvas.restore_region(background)
-        for line, one in zip(lines, shown, strict=True):
+        for line, one in zip(lines, films, strict=True):
             line.set_ydata(one.at(float(t), speed))
             line.axes.draw_artist(line)
         clock.set_text(f"t = {t:.2f}")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mol_compactons.analysis.drift import drift
 from mol_compactons.results.reading import arranged, field_names, space_of
@@ -16,6 +18,15 @@ if TYPE_CHECKING:
 
 PROFILES = 40
 """How many profiles a waterfall shows at most."""
+
+LIFT = 0.12
+"""The height of the first profile in a waterfall, relative to the time shown."""
+
+DEEPEST_GAP = 0.5
+"""How far below zero a stress is shown, relative to the largest one."""
+
+LINE = "#1f4e79"
+"""The colour of a single run."""
 
 
 def profiles(dataset: xr.Dataset, variable: str | None = None) -> xr.DataArray:
@@ -48,17 +59,46 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
         Which component; by default the first one.
     """
     field = profiles(dataset, variable)
-    name, space = field.name, space_of(dataset)
+    name, space = str(field.name), space_of(dataset)
     frames = field.isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
-    times, x = frames["t"].values, frames[space].values
-    height = float(np.abs(frames.isel(t=0)).max()) or 1.0
-    scale = 0.12 * max(float(times[-1] - times[0]), 1e-300) / height
-    for order, (t, profile) in enumerate(zip(times, frames.values, strict=True)):
-        base = np.full_like(x, t)
-        curve = t + scale * profile
-        axes.fill_between(x, base, np.maximum(base, curve), color="white", zorder=len(times) - order, linewidth=0)
-        axes.plot(x, curve, color="#1f4e79", linewidth=0.8, zorder=len(times) - order)
-    axes.set(xlim=(x[0], x[-1]), xlabel=str(space), ylabel="t", title=f"{name}(t, {space}), lifted by its time")
+    times, x, values = frames["t"].values, frames[space].values, shown(frames)
+    height = float(np.abs(values[0]).max()) or float(np.abs(values).max()) or 1.0
+    scale = LIFT * max(float(times[-1] - times[0]), 1e-300) / height
+    curves = times[:, None] + scale * values
+    bottom, top = float(curves.min()), float(curves.max())
+    # What is nearer hides what is behind: seen from above, or from below where the waves point down.
+    below = float(-values.min()) > float(values.max())
+    for order, curve in enumerate(curves):
+        nearness = order if below else len(times) - order
+        axes.fill_between(x, curve, top if below else bottom, color="white", zorder=nearness, linewidth=0)
+        axes.plot(x, curve, color=LINE, linewidth=0.8, zorder=nearness)
+    room = 0.02 * (top - bottom or 1.0)
+    axes.set(xlim=(x[0], x[-1]), ylim=(bottom - room, top + room), xlabel=space, ylabel="t")
+    axes.set_title(f"{name}(t, {space}), lifted by its time")
+    axes.set_yticks([tick for tick in axes.get_yticks() if times[0] <= tick <= times[-1]])
+    _amplitude_bar(axes, name, height, scale, float(times[0]))
+
+
+def _amplitude_bar(axes: Axes, name: str, height: float, scale: float, start: float) -> None:
+    """A bar beside the axes as long as a round height of the profiles."""
+    unit = 10.0 ** math.floor(math.log10(height))
+    amount = next(factor * unit for factor in (5, 2, 1) if factor * unit <= height * (1 + 1e-9))
+    across = axes.get_yaxis_transform()
+    axes.plot([1.015, 1.015], [start, start + scale * amount], color="black", linewidth=2, transform=across, clip_on=False)
+    axes.text(1.03, start + scale * amount / 2, f"{amount:g}", transform=across, va="center", fontsize=8)
+
+
+def shown(field: xr.DataArray) -> NDArray[np.float64]:
+    """The values that pictures show: a gap between grains, which has no stress and may be wide, is cut off.
+
+    Parameters
+    ----------
+    field : xarray.DataArray
+        What `profiles` returns.
+    """
+    values = np.asarray(field.values, dtype=float)
+    high = float(np.nanmax(values)) if values.size else 0.0
+    return np.maximum(values, -DEEPEST_GAP * high) if field.name == "R" and high > 0 else values
 
 
 def drifts(dataset: xr.Dataset, axes: Axes) -> None:

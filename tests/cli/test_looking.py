@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from mol_compactons import Compacton
+from mol_compactons import Compacton, run
 from mol_compactons.cli.parser import main
 from tests.analysis.painted import painted
 from tests.cli.conftest import QUICK, ROOT
+from tests.systems import one_compacton
 
 
 @pytest.fixture
@@ -147,3 +148,22 @@ def test_track_tells_of_collisions_and_of_what_is_lost(capsys: pytest.CaptureFix
 def test_a_folder_is_no_result(command: str, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, name]) == 2
     assert ("holds no study" if command == "info" else "There is no file ") in capsys.readouterr().err
+
+
+def test_a_picture_of_another_kind_in_a_vector_format(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = tmp_path / "one.nc"
+    run(one_compacton(size=60, t_end=1, frames=12), result).close()
+    words = ["plot", str(result), "--overwrite", "-o"]
+    pdf = str(tmp_path / "a.pdf")
+    assert main([*words, pdf, "--kind", "snapshots", "--times", "0,1", "--window", "5:", "--style", "journal"]) == 0
+    assert Path(pdf).read_bytes().startswith(b"%PDF")
+    assert main([*words, str(tmp_path / "b.svg"), "--times", "0,1"]) == 0
+    capsys.readouterr()
+    for more, sentence in (
+        (["--kind", "ladder"], "is no study; choose a --kind among waterfall"),
+        (["--times", "a"], "--times a is not understood"),
+        (["--window", "5"], "--window 5 is not understood; write FROM:TO"),
+        (["--times", "9"], "t = 9 is beyond the result"),
+    ):
+        assert main([*words, pdf, *more]) == 2
+        assert sentence in capsys.readouterr().err

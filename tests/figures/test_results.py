@@ -1,6 +1,7 @@
 import matplotlib
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 
 from mol_compactons import (
@@ -18,7 +19,7 @@ from mol_compactons import (
     run,
 )
 from mol_compactons.analysis.drift import drift
-from mol_compactons.figures.results import PROFILES, overview, waterfall
+from mol_compactons.figures.results import DEEPEST_GAP, PROFILES, overview, shown, waterfall
 from tests.figures.arrangement import places
 from tests.systems import one_compacton
 
@@ -29,7 +30,7 @@ def test_the_overview_draws_profiles_and_drifts() -> None:
     figure = overview(dataset)
     left, right = figure.axes
     assert places(figure) == [(0, 0), (0, 1)]
-    assert len(left.lines) == PROFILES
+    assert len(left.lines) == PROFILES + 1  # and the bar of the amplitude
     assert {line.get_label() for line in right.lines} == {"mass", "momentum", "energy"}
     first = left.lines[0].get_ydata()
     assert np.argmax(np.asarray(first)) == np.argmax(dataset.W.values[0])
@@ -41,13 +42,16 @@ def test_each_profile_is_lifted_by_its_time_and_the_last_one_has_moved() -> None
     dataset = run(one_compacton(frames=6, t_end=5))
     left = overview(dataset).axes[0]
     scale = 0.12 * 5 / float(abs(dataset.W[0]).max())
-    assert len(left.lines) == len(left.collections) == 6
-    for line, t, profile in zip(left.lines, dataset.t.values, dataset.W.values, strict=True):
+    *curves, bar = left.lines
+    assert len(curves) == len(left.collections) == 6
+    assert np.ptp(np.asarray(bar.get_ydata())) == pytest.approx(scale * float(left.texts[0].get_text()))
+    for line, t, profile in zip(curves, dataset.t.values, dataset.W.values, strict=True):
         assert np.array_equal(np.asarray(line.get_xdata()), dataset.x.values)
         assert np.asarray(line.get_ydata()) == pytest.approx(t + scale * profile, abs=1e-12)
-    places = [float(dataset.x[np.argmax(np.asarray(line.get_ydata()))]) for line in left.lines]
+    places = [float(dataset.x[np.argmax(np.asarray(line.get_ydata()))]) for line in curves]
     assert places[-1] - places[0] == pytest.approx(5, abs=float(dataset.x[1] - dataset.x[0]))
-    assert [line.get_zorder() for line in left.lines] == sorted((line.get_zorder() for line in left.lines), reverse=True)
+    assert [line.get_zorder() for line in curves] == sorted((line.get_zorder() for line in curves), reverse=True)
+    assert max(left.get_yticks()) <= 5
     assert left.get_xlim() == (dataset.x.values[0], dataset.x.values[-1])
 
 
@@ -99,7 +103,7 @@ def test_of_displacements_the_stresses_are_drawn() -> None:
 
 def test_few_frames_are_drawn_once_each() -> None:
     figure = overview(run(one_compacton(frames=3)))
-    assert len(figure.axes[0].lines) == 3
+    assert len(figure.axes[0].lines) == 3 + 1
 
 
 def test_the_order_of_dimensions_changes_nothing() -> None:
@@ -107,6 +111,23 @@ def test_the_order_of_dimensions_changes_nothing() -> None:
     dataset = run(one_compacton(frames=150))
     assert dataset.sizes["t"] == dataset.sizes["x"]
     lines, others = (overview(result).axes[0].lines for result in (dataset, dataset.transpose("x", "t")))
-    assert len(lines) == PROFILES
+    assert len(lines) == PROFILES + 1
     for line, other in zip(lines, others, strict=True):
         assert np.array_equal(np.asarray(line.get_ydata()), np.asarray(other.get_ydata()))
+
+
+def test_waves_that_point_down_are_seen_from_below() -> None:
+    """The later profile is nearer, and hides what is above it; the picture is that of the bright wave turned over."""
+    dark, bright = (overview(run(one_compacton(frames=6, t_end=5, sign=sign))).axes[0] for sign in (-1, 1))
+    orders = [line.get_zorder() for line in dark.lines[:-1]]
+    assert orders == sorted(orders)
+    for line, other, t in zip(dark.lines[:-1], bright.lines[:-1], range(6), strict=True):
+        assert np.asarray(line.get_ydata()) - t == pytest.approx(t - np.asarray(other.get_ydata()), abs=1e-5)
+    tops = [float(np.asarray(patch.get_paths()[0].vertices)[:, 1].max()) for patch in dark.collections]
+    assert len(set(tops)) == 1
+
+
+def test_an_opened_gap_does_not_crush_the_waves() -> None:
+    stress = xr.DataArray([[0.0, 1.0, 0.0], [0.0, 0.5, -50.0]], dims=("t", "k"), name="R")
+    assert shown(stress).min() == -DEEPEST_GAP
+    assert shown(stress.rename("W")).min() == -50

@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from mol_compactons import Compacton, InputError, first_collision, run, track
+from mol_compactons.figures.views import KINDS, SIZES, WIDTHS, paths, picture, portrait, snapshots, spacetime, spectrum, window
+from tests.systems import one_compacton
+
+
+@pytest.fixture(scope="module")
+def one() -> xr.Dataset:
+    return run(one_compacton(size=150, t_end=5, frames=11))
+
+
+@pytest.fixture(scope="module")
+def pair() -> xr.Dataset:
+    """A fast wave that passes a slow one and goes round the ring."""
+    waves = [Compacton(1, 6), Compacton(0.25, 16)]
+    return run(replace(one_compacton(size=300, t_end=30, frames=151), initial=waves))
+
+
+def axes() -> Any:
+    return Figure().subplots()
+
+
+def test_snapshots_are_frames_and_the_exact_wave_stands_beside_them(one: xr.Dataset) -> None:
+    panel = axes()
+    snapshots(one, panel, (0, 2.6, 5))
+    drawn = panel.lines
+    assert [line.get_label() for line in drawn if not line.get_label().startswith("_")] == [
+        "t = 0",
+        "exact",
+        "t = 2.5",
+        "t = 5",
+    ]
+    for line, frame in zip(drawn[::2], (0, 5, 10), strict=True):
+        np.testing.assert_array_equal(line.get_ydata(), one.W.values[frame])
+    for line, t in zip(drawn[1::2], (0, 2.5, 5), strict=True):
+        assert np.abs(line.get_ydata() - one.W.sel(t=t).values).max() < 0.3
+        assert float(line.get_ydata().max()) == pytest.approx(np.sqrt(2), rel=0.01)
+    assert len({line.get_linestyle() for line in drawn[::2]}) == 3, "told apart in grey"
+    with pytest.raises(InputError, match="t = 7 is beyond the result, which goes from 0 to 5"):
+        snapshots(one, axes(), (7,))
+
+
+def test_without_an_exact_wave_only_frames_are_drawn(pair: xr.Dataset) -> None:
+    panel = axes()
+    snapshots(pair, panel)
+    assert len(panel.lines) == 4
+
+
+def test_the_map_has_the_values_of_the_field(one: xr.Dataset) -> None:
+    panel = axes()
+    spacetime(one, panel)
+    (mesh,) = panel.collections
+    np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(one.W.shape), one.W.values)
+    assert mesh.get_clim()[1] == pytest.approx(float(one.W.max()))
+    dark = one.copy()
+    dark["W"] = -one.W
+    dark.W.attrs = one.W.attrs
+    spacetime(dark, panel)
+    low, high = panel.collections[-1].get_clim()
+    assert low == -high
+
+
+def test_paths_are_those_of_track_around_the_ring(pair: xr.Dataset) -> None:
+    panel = axes()
+    paths(pair, panel)
+    tracks = track(pair, newborn=False)
+    for line, number in zip(panel.lines[::2], range(2), strict=True):
+        x, t = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+        known = np.isfinite(x)
+        np.testing.assert_allclose(x[known], tracks.position.values[known, number] % 30, atol=1e-9)
+        np.testing.assert_array_equal(t, pair.t.values)
+    assert np.isnan(panel.lines[0].get_xdata()).any(), "no line is drawn across where it comes round"
+    shift = float(first_collision(tracks).phase_shift[0])
+    assert panel.lines[0].get_label() == f"wave 0, shifted by {shift:.3g}"
+    assert np.asarray(panel.lines[0].get_xdata())[0] == pytest.approx(6, abs=0.05)
+
+
+def test_the_spectrum_is_the_fourier_transform(one: xr.Dataset) -> None:
+    panel = axes()
+    spectrum(one, panel)
+    for line, frame in zip(panel.lines, (0, -1), strict=True):
+        sizes = np.abs(np.fft.rfft(one.W.values[frame]))[1:] / 150
+        np.testing.assert_allclose(line.get_ydata(), np.maximum(sizes, 1e-18))
+        assert line.get_xdata()[0] == pytest.approx(2 * np.pi / 30)
+
+
+def test_the_portrait_of_a_compacton_of_n_3_is_half_an_ellipse(one: xr.Dataset) -> None:
+    """W = M cos(K z) has W_x^2 = K^2 (M^2 - W^2), with M^2 = 2 and K = 1/2."""
+    panel = axes()
+    portrait(one, panel, (0,))
+    (line,) = panel.lines
+    w, slope = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+    inside = w > 0.4
+    np.testing.assert_allclose(slope[inside] ** 2, (2 - w[inside] ** 2) / 4, atol=0.02)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("style", WIDTHS)
+def test_every_picture_can_be_drawn_in_every_style(one: xr.Dataset, kind: str, style: str) -> None:
+    figure = picture(one, kind, style=style)
+    figure.canvas.draw()
+    assert figure.get_figwidth() == WIDTHS[style]
+    (panel, *_) = figure.axes
+    assert panel.xaxis.label.get_fontsize() == SIZES[style]
+    assert panel.get_legend() is None, "the legend stands outside, where it covers nothing"
+
+
+def test_a_window_is_a_part(one: xr.Dataset) -> None:
+    part = window(one, 5, 12.05)
+    assert (float(part.x[0]), float(part.x[-1])) == (5, 12)
+    figure = picture(one, "waterfall", part=(5, None))
+    assert figure.axes[0].get_xlim() == (5, float(one.x[-1]))
+    with pytest.raises(InputError, match="holds no two points of x, from 0 to 29"):
+        window(one, 40, 50)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"kind": "pie"}, "no picture 'pie'; it may be waterfall"),
+        ({"kind": "map", "style": "poster"}, "no style 'poster'"),
+        ({"kind": "paths", "part": (1, 2)}, "shows the whole line"),
+        ({"kind": "map", "times": [1.0]}, "shows all times"),
+    ],
+)
+def test_bad_input_is_named(one: xr.Dataset, arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        picture(one, **arguments)
