@@ -27,6 +27,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("simulation",),
     ("stop_rules",),
     ("results",),
+    ("course",),
     ("running",),
     ("analysis",),
     ("studies",),

@@ -55,8 +55,9 @@ def imported() -> set[str]:
 
 
 def test_what_is_imported_is_a_dependency_and_no_more() -> None:
-    names = {"sksundae": "scikit-sundae", "lazy_loader": "lazy-loader"}
+    names = {"sksundae": "scikit-sundae", "lazy_loader": "lazy-loader", "imageio_ffmpeg": "imageio-ffmpeg", "PIL": "pillow"}
     found = {names.get(module, module) for module in imported()}
     engines = {"netCDF4"}  # with which xarray opens results where nothing is said
-    needed, cluster = project()["dependencies"], project()["optional-dependencies"]["dask"]
-    assert found | engines == {dependency.partition(">=")[0] for dependency in (*needed, *cluster)}
+    needed, extras = project()["dependencies"], project()["optional-dependencies"]
+    wanted = (*needed, *extras["dask"], *extras["film"])
+    assert found | engines == {dependency.partition(">=")[0] for dependency in wanted}

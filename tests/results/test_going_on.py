@@ -28,9 +28,9 @@ from mol_compactons import (
     Simulation,
     Uniform,
     WallClock,
+    course,
     open_result,
     run,
-    running,
 )
 from mol_compactons.results import checkpoint, netcdf
 from mol_compactons.results.reading import field_names
@@ -158,7 +158,7 @@ def test_a_run_that_is_to_replace_another_takes_nothing_from_it_before_it_has(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The old one goes on bit for bit, whatever became of the new one."""
-    monkeypatch.setattr(running, "CHECKPOINT_SECONDS", 0.0)
+    monkeypatch.setattr(course, "CHECKPOINT_SECONDS", 0.0)
     path, old = tmp_path / "a.nc", replace(WAVE, integrator=Midpoint(step=0.003))
     cut_off(old, path, 0.6, resume=False)
     before = checkpoint.last(path)
@@ -179,11 +179,11 @@ def test_an_extension_that_is_killed_at_once_still_goes_on_bit_for_bit(
     run(simulation, path).close()
     longer = replace(simulation, t_end=2)
 
-    def killed(course: Any, *_: object) -> None:
-        course._recorder._file.close()
+    def killed(own: Any, *_: object) -> None:
+        own.recorder._file.close()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(running.Course, "run", killed)
+    monkeypatch.setattr(course.Course, "go", killed)
     with pytest.raises(KeyboardInterrupt):
         run(longer, path, resume=True)
     monkeypatch.undo()
@@ -247,7 +247,7 @@ def test_an_observer_that_fails_at_the_first_frame_leaves_nothing_claimed(tmp_pa
 
 
 def test_an_observer_sees_each_output_time_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "CHECKPOINT_SECONDS", 0.0)
+    monkeypatch.setattr(course, "CHECKPOINT_SECONDS", 0.0)
     path, simulation, seen = tmp_path / "a.nc", replace(WAVE, integrator=Midpoint(step=0.003), frames=3), []
     cut_off(simulation, path, 0.0, resume=False)
     run(simulation, path, resume=True, observe=lambda t, _: seen.append(t)).close()

@@ -62,9 +62,15 @@ def peak(dataset: xr.Dataset) -> float:
         note(Path(folder), f"{size}-{float(dataset.W[0].max()):.6f}")
         if size == 61:
             kill_once(Path(folder) / FATAL)
-            if (Path(folder) / f"{FATAL}-always").exists():
-                os.kill(os.getpid(), signal.SIGKILL)
     return float(dataset.W[-1].max())
+
+
+def deadly(dataset: xr.Dataset) -> float:
+    """The height at the start; the process is killed where that is large."""
+    height = float(dataset.W[0].max())
+    if height > 1.3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return height
 
 
 def broken(dataset: xr.Dataset) -> float:

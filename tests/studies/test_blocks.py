@@ -15,7 +15,7 @@ from mol_compactons.studies.opening import open_member
 from mol_compactons.studies.plan import product
 from mol_compactons.studies.store import rows_of
 from mol_compactons.studies.sweep import TABLE
-from tests.studies.sweeps import BAD_SIZE, FATAL, noted, peak, small
+from tests.studies.sweeps import BAD_SIZE, deadly, peak, small
 
 SPEEDS = [0.5, 0.6, 0.7, 0.8, 0.9]
 COSTS = ["seconds", "cpu_seconds"]
@@ -82,20 +82,14 @@ def test_open_sweep_reads_blocks_as_it_reads_files(tmp_path: Path, per_file: int
         np.testing.assert_array_equal(members.mass.sel(speed=speed, center=center).values, own.mass.values)
 
 
-def test_a_block_that_loses_its_process_again_and_again_is_run_one_by_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One member kills its process whenever it runs: it alone fails."""
-    monkeypatch.setenv("NOTES", str(tmp_path))
-    (tmp_path / f"{FATAL}-always").touch()
-    table = sweep(
-        small(), {"grid.left": [0.0, 1.0, 2.0], "grid.size": [61, 62]}, tmp_path / "s",
-        engine=Processes(2), quantities={"peak": peak}, tracked=False, per_file=3,
-    )  # fmt: skip
-    assert (table["status"].sel(size=62) == "complete").all()
-    assert (table["status"].sel(size=61) == "failed").all()
-    assert "killed 4 times" in table["reason"].sel(size=61, left=0.0).item()
-    assert noted(tmp_path)
+def test_a_block_that_loses_its_process_again_and_again_is_run_one_by_one(tmp_path: Path) -> None:
+    """One member of two kills its process whenever it runs: it alone fails."""
+    varied, quantities = {"initial.0.speed": [0.5, 0.9]}, {"deadly": deadly}
+    table = sweep(small(), varied, tmp_path / "s", engine=Processes(2), quantities=quantities, tracked=False, per_file=2)
+    assert table["status"].values.tolist() == ["complete", "failed"]
+    assert "killed 4 times" in table["reason"].values[1]
+    assert float(table["deadly"][0]) == pytest.approx(1, abs=0.01)
+    assert (tmp_path / "s" / "members" / f"{table['name'].values[0]}.nc").is_file()
 
 
 def test_the_same_call_runs_what_a_removed_block_held(tmp_path: Path) -> None:

@@ -35,8 +35,8 @@ from mol_compactons import (
     Simulation,
     SolitaryWave,
     Symplectic,
+    course,
     run,
-    running,
 )
 from mol_compactons.results import running_file
 
@@ -151,7 +151,7 @@ class Trials:
             os.write(writable, f"safe {file.frames if self._path.exists() else 0}\n".encode())
 
         running_file.RunningFile.sync = telling  # type: ignore[method-assign,assignment]
-        running_file.SYNC_SECONDS = running.CHECKPOINT_SECONDS = -1.0
+        running_file.SYNC_SECONDS = course.CHECKPOINT_SECONDS = -1.0
         try:
             self._faults.arm(str(self._path.parent).encode(), ctypes.c_long(at), moment)
             run(self._simulation, self._path, resume=True)

@@ -39,7 +39,14 @@ def outcomes(faults: Path, folder: Path, stride: int, *names: str) -> dict[str, 
     return {one["name"]: one for one in found}
 
 
-@pytest.mark.parametrize(("name", "stride"), [("Midpoint", 31), ("Symplectic", 29), ("IDA", 17)])
+@pytest.mark.parametrize(
+    ("name", "stride"),
+    [
+        pytest.param("Midpoint", 31, marks=pytest.mark.slow),
+        ("Symplectic", 29),
+        pytest.param("IDA", 17, marks=pytest.mark.slow),
+    ],
+)
 def test_a_kill_at_a_write_loses_no_frame_that_was_safe(name: str, stride: int, faults: Path, tmp_path: Path) -> None:
     """SIGKILL before, in the middle of and after calls that change files: what is left opens, and goes on to the right end."""
     found = outcomes(faults, tmp_path, stride, name)[name]
