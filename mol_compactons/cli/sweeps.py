@@ -220,6 +220,9 @@ def summary(result: xr.Dataset) -> list[str]:
 def changes_of(result: xr.Dataset) -> list[str]:
     """Where the outcome of a refinement changes, a line each."""
     (name,) = map(str, result["outcome"].dims)
+    result = result.isel({name: np.flatnonzero(result["outcome"].values != "")})  # others have not run yet
+    if not result.sizes[name]:
+        return []
     outcomes, values = result["outcome"].values, result[name].values
     pairs = [(index, index + 1) for index in range(outcomes.size - 1) if outcomes[index] != outcomes[index + 1]]
     lines = [f"{outcomes[low]} at {name} = {values[low]:.6g}, {outcomes[high]} at {values[high]:.6g}" for low, high in pairs]

@@ -7,7 +7,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -201,6 +201,10 @@ class Cluster(Engine):
                         yield numbers[future.key], future.result()
                     except KilledWorker as error:
                         yield numbers[future.key], Lost(f"its worker was killed again and again ({error.task})")
+                    except CancelledError:
+                        raise InputError(
+                            f"The scheduler {shown(self.address)} is gone; start it again, and then the study, which goes on."
+                        ) from None
                     future.release()
                 watch()
                 time.sleep(WATCH_SECONDS)

@@ -30,8 +30,8 @@ from mol_compactons import (
     Simulation,
     SolitaryWave,
     Symplectic,
+    course,
     run,
-    running,
 )
 from mol_compactons.analysis.drift import drift
 from mol_compactons.integrators import CVODE, IDA, Integrator
@@ -97,7 +97,7 @@ def test_five_and_five_are_ten(simulation: Simulation, tmp_path: Path) -> None:
 def test_what_was_interrupted_between_two_frames_goes_on_as_if_it_had_not_been(
     simulation: Simulation, after: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(running, "CHECKPOINT_SECONDS", -1.0)
+    monkeypatch.setattr(course, "CHECKPOINT_SECONDS", -1.0)
     path = tmp_path / "a.nc"
 
     def interrupt(t: float) -> None:

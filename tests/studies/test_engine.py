@@ -52,7 +52,11 @@ def test_each_task_is_done_once(engine: Engine, tmp_path: Path) -> None:
     assert sorted(map(int, noted(tmp_path))) == list(range(20))
 
 
-@pytest.mark.parametrize("engine", ["processes", "cluster"], indirect=True)
+EITHER = ["processes", pytest.param("cluster", marks=pytest.mark.slow)]
+"""Where processes are killed: a small Dask cluster now and then loses its last worker so, and waits for another."""
+
+
+@pytest.mark.parametrize("engine", EITHER, indirect=True)
 def test_a_task_whose_process_is_killed_runs_again_and_no_other_does(engine: Engine, tmp_path: Path) -> None:
     for number in (3, 11):
         (tmp_path / f"{FATAL}-{number}").touch()
@@ -65,7 +69,7 @@ def test_a_task_whose_process_is_killed_runs_again_and_no_other_does(engine: Eng
         assert sum(times.values()) == 18
 
 
-@pytest.mark.parametrize("engine", ["processes", "cluster"], indirect=True)
+@pytest.mark.parametrize("engine", EITHER, indirect=True)
 def test_one_that_is_killed_each_time_is_lost_and_the_others_are_not(engine: Engine, tmp_path: Path) -> None:
     (tmp_path / f"{FATAL}-2-always").touch()
     made = dict(engine.results(doubled, [(str(tmp_path), number) for number in range(6)]))
@@ -74,6 +78,18 @@ def test_one_that_is_killed_each_time_is_lost_and_the_others_are_not(engine: Eng
     assert "killed" in lost
     assert made == {number: 2 * number for number in (0, 1, 3, 4, 5)}
     assert Counter(noted(tmp_path))["2"] == MOST_ATTEMPTS
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_goes_is_one_sentence(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", CLUSTER]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as cluster:
+        assert cluster.stdout is not None
+        engine = Cluster(cluster.stdout.readline().strip())
+        with pytest.raises(InputError, match="is gone; start it again"):
+            dict(engine.results(forever, [str(tmp_path)], watch=cluster.kill))
 
 
 def is_there(process: int) -> bool:
