@@ -66,11 +66,14 @@ class Block:
 
 def units_of(tasks: Sequence[Task], per_file: int, folder: Path) -> Iterator[Task | Block]:
     """What an engine is given: members in blocks, or by themselves where they are large."""
+    if per_file == 1:
+        yield from tasks
+        return
     alike = defaultdict(list)
     for task in tasks:
         tree = task.tree
         frames = [tree.get(name) for name in ("t_end", "frames", "output_times", "series_per_frame")]
-        alike[json.dumps([tree["equation"]["type"], tree["grid"], frames])].append(task)
+        alike[json.dumps([tree["equation"], tree["grid"], frames])].append(task)
     for group in alike.values():
         tree = group[0].tree
         few = tree.get("series_per_frame", 1) != 1  # what is recorded more often has no place in a block
