@@ -83,8 +83,7 @@ def change(cls: type, tree: Any, changes: Mapping[str, Any], importing: Importer
         If a path does not exist, or a text cannot be read.
     """
     for path, value in changes.items():
-        if not _exists(cls, tree, path.split(".")):
-            raise InputError(f"{shown(path)} is not a field of {cls.__name__}; {did_you_mean(path, list(_paths(cls, tree)))}")
+        hint_at(cls, tree, path)
         _replace(cls, tree, path.split("."), value, importing)
 
 
@@ -111,11 +110,21 @@ def _below(branch: Any, part: str) -> Any:
     return branch[int(part)] if isinstance(branch, list) else branch.get(part)
 
 
-def _exists(hint: Any, branch: Any, parts: list[str]) -> bool:
-    """Whether there is a path in an encoded tree."""
-    part, *rest = parts
-    branches = _branches(hint, branch)
-    return part in branches and (not rest or _exists(branches[part], _below(branch, part), rest))
+def hint_at(cls: type, tree: Any, path: str) -> Any:
+    """The type hint of a field of an encoded dataclass, by its path.
+
+    Raises
+    ------
+    InputError
+        If there is no such field; the nearest one is suggested.
+    """
+    hint, branch = cls, tree
+    for part in path.split("."):
+        branches = _branches(hint, branch)
+        if part not in branches:
+            raise InputError(f"{shown(path)} is not a field of {cls.__name__}; {did_you_mean(path, list(_paths(cls, tree)))}")
+        hint, branch = branches[part], _below(branch, part)
+    return hint
 
 
 def _paths(hint: Any, branch: Any, prefix: str = "") -> Iterator[str]:

@@ -46,6 +46,17 @@ def drift(dataset: xr.Dataset) -> xr.Dataset:
     return result
 
 
+def largest_drifts(dataset: xr.Dataset) -> dict[str, float]:
+    """The largest size of the drift of each conserved quantity of a result; NaN where the quantity is NaN at a time."""
+    series = conserved_along_t(dataset)
+    return {str(name): largest_drift(one.values, one.attrs.get("magnitude")) for name, one in series.data_vars.items()}
+
+
+def largest_drift(values: NDArray[np.float64], magnitude: float | None) -> float:
+    """The largest size of the drift of one quantity; parameters as for `scale_of`."""
+    return float(np.abs(values - values[0]).max() / (scale_of(values, magnitude)[0] or 1.0))
+
+
 def scale_of(values: NDArray[np.float64], magnitude: float | None) -> tuple[float, str]:
     """What the drift of a quantity is relative to, and that in words; 0 where there is nothing but zeros.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,14 +43,12 @@ def _animate(options: argparse.Namespace) -> None:
 
     path = Path(options.output or Path(options.results[0]).with_suffix(".webp"))
     check_target(path, options.overwrite)
-    with ExitStack() as stack:
-        datasets = []
-        for name in options.results:
-            stack.enter_context(reading(name))
-            dataset = stack.enter_context(open_result(Path(name)))
+    datasets = []
+    for name in options.results:
+        with reading(name), open_result(Path(name)) as dataset:
             check_form(dataset, name)
             datasets.append(dataset.load())
-        watch = stack.enter_context(_bar(options.quiet))
+    with _bar(options.quiet) as watch:
         count = animate(
             datasets,
             path,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mol_compactons.analysis.drift import drift
+from mol_compactons.analysis.drift import largest_drifts
 from mol_compactons.analysis.wave_orbits import report_orbit
 from mol_compactons.cli.common import add_import, contents, cost, kept, save
 from mol_compactons.cli.machine import add_json, records, tell_json
@@ -132,12 +133,11 @@ def _info(options: argparse.Namespace) -> None:
 def _of_result(dataset: xr.Dataset) -> dict[str, Any]:
     """What is in a result."""
     attributes = {name: value for name, value in dataset.attrs.items() if name not in ("simulation", "waves")}
-    drifts = {str(name): float(abs(one).max()) for name, one in drift(dataset).data_vars.items()}
     return {
         **attributes,
         "sizes": dict(dataset.sizes),
         "last_time": float(dataset["t"][-1]) if dataset.sizes["t"] else None,
-        "drift": drifts,
+        "drift": largest_drifts(dataset),
         "simulation": settings_of(str(dataset.attrs["simulation"])),
         "waves": json.loads(str(dataset.attrs.get("waves", "[]"))),
     }
@@ -217,38 +217,59 @@ def shown(part: Any) -> str:
 
 
 def _plot(options: argparse.Namespace) -> None:
-    from mol_compactons.figures import convergence_overview, orbit_overview, schemes_overview
+    from mol_compactons.figures import orbit_overview
 
     result = Path(options.result)
     if is_sweep(result):
+        _check_options(options, "a sweep", ())
         path = Path(options.output or f"{result}.png")
         check_target(path, options.overwrite)
         save(picture_of_sweep(result), path)
         return
     with reading(result), open_result(result) as dataset:
         path = Path(options.output or result.with_suffix(".png"))
-        of_study = "family" in dataset.attrs
-        wrong = options.kind is not None and (options.kind in STUDY_KINDS) != of_study
-        allowed = ", ".join(STUDY_KINDS if of_study else RESULT_KINDS)
-        require(not wrong, f"{result} is {'a study' if of_study else 'no study'}; choose a --kind among {allowed}.")
-        if of_study:
+        if "family" in dataset.attrs:
+            _check_options(options, "a study", STUDY_KINDS)
             check_target(path, options.overwrite)
             with understanding(result, "study"), open_study(result) as tree:
-                schemes = options.kind == "schemes"
-                figure = schemes_overview(tree["schemes"].to_dataset()) if schemes else convergence_overview(tree)
-            save(figure, path)
-            return
-        if "period" in dataset.attrs:
+                figure = _picture_of_study(tree, options)
+        elif "period" in dataset.attrs:
+            _check_options(options, "an orbit", ())
             check_target(path, options.overwrite)
             with understanding(result, "orbit"):
                 figure = orbit_overview(dataset)
-            save(figure, path)
-            return
-        check_form(dataset, result)
-        if dataset.sizes["t"] < 2:
-            raise InputError(f"{result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
-        check_target(path, options.overwrite)
-        save(_picture_of(dataset, options), path)
+        else:
+            _check_options(options, "a result", RESULT_KINDS)
+            check_form(dataset, result)
+            if dataset.sizes["t"] < 2:
+                raise InputError(f"{result} holds {dataset.sizes['t']} frame(s); at least 2 are needed for a picture.")
+            check_target(path, options.overwrite)
+            figure = _picture_of(dataset, options)
+    save(figure, path)
+
+
+def _check_options(options: argparse.Namespace, what: str, kinds: Sequence[str]) -> None:
+    """Refuse options that say nothing for what is drawn."""
+    allowed = f"choose a --kind among {', '.join(kinds)}" if kinds else "leave out --kind"
+    require(options.kind is None or options.kind in kinds, f"{options.result} is {what}; {allowed}.")
+    given = [name for name in ("times", "window") if getattr(options, name) is not None]
+    given += ["style"] if options.style != "screen" else []
+    require(
+        not given or kinds == RESULT_KINDS,
+        f"{options.result} is {what}; leave out {', '.join(f'--{name}' for name in given)}.",
+    )
+
+
+def _picture_of_study(tree: xr.DataTree, options: argparse.Namespace) -> Figure:
+    from mol_compactons.figures import convergence_overview, schemes_overview
+
+    if options.kind != "schemes":
+        return convergence_overview(tree)
+    require(
+        "schemes" in tree.children,
+        f"{options.result} has no schemes to compare: it is of a chain, or of an earlier version; run the study again.",
+    )
+    return schemes_overview(tree["schemes"].to_dataset())
 
 
 def _picture_of(dataset: xr.Dataset, options: argparse.Namespace) -> Figure:

@@ -19,11 +19,9 @@ from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError, require, shown
 from mol_compactons.simulation import Simulation
-from mol_compactons.studies.criterion import Criterion
-from mol_compactons.studies.members import FAILED
 from mol_compactons.studies.plan import Axis, Plan, drawn
-from mol_compactons.studies.refining import refine
-from mol_compactons.studies.store import PLAN, plan_of, rows_of, what_is_kept
+from mol_compactons.studies.refining import UNFINISHED, refine
+from mol_compactons.studies.store import FAILED, PLAN, plan_of, rows_of, what_is_kept
 from mol_compactons.studies.sweep import TABLE, Progress, Tell, sweep, tell_nobody
 from mol_compactons.studies.table import MISSING, laid_out, table
 
@@ -35,6 +33,9 @@ if TYPE_CHECKING:
 
 SPACINGS: dict[str, Callable[..., Any]] = {"linspace": np.linspace, "geomspace": np.geomspace}
 """How several values are given at once, as numpy calls them: geomspace(1e-4, 1e-2, 5)."""
+
+OF_REFINEMENT = ("outcome", "accuracy", "parts")
+"""The options that go to `refine` as they stand."""
 
 MOST_VALUES = 10**6
 
@@ -64,6 +65,16 @@ def add_sweep(commands: Commands) -> None:
     )
     parser.add_argument("--count", type=int, default=100, metavar="N", help="how many members are drawn (default: 100)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random values (default: 0)")
+    _add_refinement(parser)
+    parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go (default: the scenario's name and _sweep)")
+    parser.add_argument("--untracked", action="store_true", help="do not follow the waves, which takes its time")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    add_workers(parser)
+    parser.set_defaults(handle=_sweep)
+
+
+def _add_refinement(parser: argparse.ArgumentParser) -> None:
+    """The options of a refinement; what is not given is what `refine` takes."""
     parser.add_argument(
         "--refine",
         metavar="FIELD=A,B,...",
@@ -71,25 +82,11 @@ def add_sweep(commands: Commands) -> None:
     )
     parser.add_argument(
         "--outcome",
-        default="status",
         metavar="QUANTITY>NUMBER",
         help="what --refine asks: 'momentum_drift > 0.01', 'height_after[1] < 0.9' (default: whether the run is complete)",
     )
-    parser.add_argument(
-        "--accuracy",
-        type=float,
-        default=0.01,
-        metavar="X",
-        help="how close the values of --refine get, relative (default: 0.01)",
-    )
-    parser.add_argument(
-        "--parts", type=int, default=2, metavar="N", help="into how many parts --refine divides an interval (default: 2)"
-    )
-    parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go (default: the scenario's name and _sweep)")
-    parser.add_argument("--untracked", action="store_true", help="do not follow the waves, which takes its time")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
-    add_workers(parser)
-    parser.set_defaults(handle=_sweep)
+    parser.add_argument("--accuracy", type=float, metavar="X", help="how close the values of --refine get (default: 0.01)")
+    parser.add_argument("--parts", type=int, metavar="N", help="into how many parts --refine divides (default: 2)")
 
 
 def _sweep(options: argparse.Namespace) -> int:
@@ -108,20 +105,22 @@ def _sweep(options: argparse.Namespace) -> int:
 
 def _variation(options: argparse.Namespace) -> Callable[..., xr.Dataset]:
     """The sweep that the options describe."""
+    given = [f"--{name}" for name in OF_REFINEMENT if getattr(options, name) is not None]
+    require(not given, f"{', '.join(given)} belongs to a refinement; give --refine, or leave it out.")
     return partial(sweep, _plan(simulation_of(options), options), None)
 
 
 def _refinement(options: argparse.Namespace) -> Callable[..., xr.Dataset]:
     """The refinement that the options describe."""
-    require(not options.vary and not options.draw, "A field is refined or varied; give --refine, --vary or --draw.")
+    others = [f"--{name}" for name in ("vary", "draw", "together") if getattr(options, name)]
+    require(not others, f"A field is refined or varied; leave out --refine or {', '.join(others)}.")
     ((path, text),) = assignments([options.refine]).items()
     try:
         values = [ast.literal_eval(value) if isinstance(value, str) else value for value in values_of(path, text)]
     except (ValueError, SyntaxError):
         raise InputError(f"{shown(path)} is to be refined between {shown(text)}; write numbers, {path}=LOW,HIGH.") from None
-    asked = Criterion.from_text(options.outcome)
-    own = {"outcome": asked, "accuracy": options.accuracy, "parts": options.parts, "importing": import_module}
-    return partial(refine, simulation_of(options), path, values, **own)
+    own = {name: getattr(options, name) for name in OF_REFINEMENT if getattr(options, name) is not None}
+    return partial(refine, simulation_of(options), path, values, importing=import_module, **own)
 
 
 def _plan(simulation: Simulation, options: argparse.Namespace) -> Plan:
@@ -214,6 +213,7 @@ def summary(result: xr.Dataset) -> list[str]:
     reasons = Counter(filter(None, map(str, result["reason"].values.ravel()))).most_common()
     lines += [f"failed {count} times: {reason}" for reason, count in reasons[:REASONS_SHOWN]]
     lines += changes_of(result) if "outcome" in result else []
+    lines += [str(result.attrs[UNFINISHED])] if UNFINISHED in result.attrs else []
     return lines + ([f"and for {len(reasons) - REASONS_SHOWN} other reasons"] if len(reasons) > REASONS_SHOWN else [])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import subprocess
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,8 @@ from numpy.typing import NDArray
 
 from mol_compactons.analysis.chain_and_continuum import on_lattice
 from mol_compactons.errors import InputError, require
-from mol_compactons.figures.results import LINE, profiles, shown
+from mol_compactons.figures.results import profiles, shown
+from mol_compactons.figures.style import DASHES, LINE
 from mol_compactons.results.places import check_target, written_whole
 from mol_compactons.results.reading import field_names, space_of
 
@@ -37,8 +39,8 @@ MARGIN = 0.06
 COLORS = 64
 """How many colours a GIF has."""
 
-STYLES = ((LINE, "-"), ("#c55a11", "--"), ("#548235", "-."), ("#7f6084", ":"))
-"""Colours and dashes of runs on one axis, told apart in grey too."""
+COLOURS = (LINE, "#c55a11", "#548235", "#7f6084")
+"""Of runs on one axis; their dashes tell them apart in grey."""
 
 ENDINGS = (".mp4", ".gif", ".webp")
 
@@ -73,16 +75,17 @@ class Course:
 
     def at(self, t: float, speed: float) -> Array:
         """The profile at the frame next to a time, seen from what moves with a speed; the line is a ring."""
-        profile: Array = self.values[int(np.abs(self.t - t).argmin())]
+        frame = int(np.abs(self.t - t).argmin())
+        profile: Array = self.values[frame]
         if not speed:
             return profile
-        places = (self.x + speed * t - self.x[0]) % self.period
+        places = (self.x + speed * self.t[frame] - self.x[0]) % self.period
         return np.asarray(np.interp(places, np.append(self.x - self.x[0], self.period), np.append(profile, profile[0])))
 
     @property
     def limits(self) -> tuple[float, float]:
         """The range that is shown."""
-        low, high = float(np.nanmin(self.values)), float(np.nanmax(self.values))
+        low, high = float(self.values.min()), float(self.values.max())
         room = MARGIN * ((high - low) or 1.0)
         return low - room, high + room
 
@@ -106,8 +109,11 @@ def courses(datasets: Sequence[xr.Dataset], labels: Sequence[str] = ()) -> list[
         space = space_of(dataset)
         x = field[space].values
         label = labels[index] if labels else str(dataset.attrs.get("title", "")).split(";")[0]
+        values = shown(field)
+        require(values.shape[0] > 1, f"A film needs results of two frames or more; {label or 'one'} has {values.shape[0]}.")
+        require(bool(np.isfinite(values).all()), f"{label or 'A result'} holds NaN or infinity, of which no film can be made.")
         period = float(x[1] - x[0]) * x.size
-        made.append(Course(label, field["t"].values, x, shown(field), str(field.name), str(space), period))
+        made.append(Course(label, field["t"].values, x, values, str(field.name), str(space), period))
     return made
 
 
@@ -165,14 +171,18 @@ def animate(
     require(abs(speed) < 1e9, f"speed = {speed:g} must lie between -1e9 and 1e9.")
     check_target(path, overwrite)
     films = courses(datasets, labels)
-    end = min(float(one.t[-1]) for one in films)
-    count = min(max(one.t.size for one in films), most_frames)
-    require(min(one.t.size for one in films) > 1, "A film needs results of two frames or more.")
-    times = np.linspace(0, end, count)
+    times = _times(films, most_frames)
     write = _write_mp4 if path.suffix.lower() == ".mp4" else _write_by_pillow
     with written_whole(path) as part:
         write(part, _pictures(films, times, together, speed, watch), rate)
-    return count
+    return times.size
+
+
+def _times(films: Sequence[Course], most_frames: int) -> Array:
+    """The times of the pictures: those of the run with the most frames, as far as all go."""
+    end = min(float(one.t[-1]) for one in films)
+    longest = max((one.t[one.t <= end * (1 + 1e-12)] for one in films), key=len)
+    return np.asarray(longest[np.unique(np.linspace(0, longest.size - 1, most_frames).round().astype(int))])
 
 
 def _pictures(
@@ -189,7 +199,7 @@ def _pictures(
     lines = []
     for index, one in enumerate(films):
         axes = panels[0 if together else index]
-        color, dash = STYLES[index % len(STYLES)]
+        color, dash = COLOURS[index % len(COLOURS)], DASHES[index % len(DASHES)]
         lines.append(axes.plot(one.x, one.values[0], color=color, linestyle=dash if together else "-", label=one.label)[0])
         axes.set(xlabel=_across(one, speed), ylabel=one.name, xlim=(one.x[0], one.x[-1]))
         limits = [other.limits for other in (films if together else (one,))]
@@ -197,7 +207,11 @@ def _pictures(
         if not together:
             axes.set_title(one.label, fontsize=10, parse_math=False)
     if together:
-        figure.legend(loc="outside upper center", ncols=len(films), frameon=False)
+        named = [one.label.lstrip("_") for one in films]
+        legend = figure.legend(lines, named, loc="outside upper center", ncols=len(films), frameon=False)
+        for text in legend.get_texts():
+            text.set_parse_math(False)
+    digits = int(np.clip(1 - math.floor(math.log10(float(np.diff(times).min()))), 0, 15))
     clock = panels[0].text(0.01, 0.96, "t = 0", transform=panels[0].transAxes, va="top", animated=True)
     for line in lines:
         line.set_animated(True)
@@ -208,7 +222,7 @@ def _pictures(
         for line, one in zip(lines, films, strict=True):
             line.set_ydata(one.at(float(t), speed))
             line.axes.draw_artist(line)
-        clock.set_text(f"t = {t:.2f}")
+        clock.set_text(f"t = {t:.{digits}f}")
         panels[0].draw_artist(clock)
         yield np.asarray(canvas.buffer_rgba()).copy()
         watch((number + 1) / times.size)
@@ -227,8 +241,12 @@ def _write_mp4(path: Path, pictures: Iterator[Picture], rate: float) -> None:
     size = f"{first.shape[1]}x{first.shape[0]}"
     raw = ["-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", f"{rate:g}", "-i", "-"]
     coded = ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart", str(path)]
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", *raw, *coded]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as encoder:
+    try:
+        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", *raw, *coded]
+        encoder = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    except (OSError, RuntimeError) as error:
+        raise InputError(f"The encoder of films cannot be started ({error}); end the name in .webp or .gif.") from None
+    with encoder:
         assert encoder.stdin is not None
         assert encoder.stderr is not None
         try:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.drift import drift
+from mol_compactons.figures.style import LINE
 from mol_compactons.results.reading import arranged, field_names, space_of
 
 if TYPE_CHECKING:
@@ -24,9 +25,6 @@ LIFT = 0.12
 
 DEEPEST_GAP = 0.5
 """How far below zero a stress is shown, relative to the largest one."""
-
-LINE = "#1f4e79"
-"""The colour of a single run."""
 
 
 def profiles(dataset: xr.Dataset, variable: str | None = None) -> xr.DataArray:

@@ -6,16 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mol_compactons.errors import require
+from mol_compactons.figures.style import DASHES, MARKERS
+
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-
-MARKERS = "osd^v<>pP*Xh"
-
-DASHES = ("-", "--", "-.", ":")
-"""With the markers they tell lines apart in grey."""
 
 
 def convergence_overview(tree: xr.DataTree) -> Figure:
@@ -80,19 +77,18 @@ def schemes_overview(table: xr.Dataset) -> Figure:
     from matplotlib.figure import Figure
 
     rows = _rows_of(table)
-    figure = Figure(figsize=(12, 3.1 * len(rows) + 0.9), layout="constrained")
-    panels = figure.subplots(len(rows), 3, squeeze=False)
-    for (title, row), (errors, costs, drifts) in zip(rows, panels, strict=True):
+    conserved = [str(name) for name in table.data_vars if str(name).endswith("_drift") and bool((table[name] > 0).any())]
+    first = sorted(conserved, key=lambda name: name != "momentum_drift")[:1]
+    figure = Figure(figsize=(8 + 4 * len(first), 3.1 * len(rows) + 0.9), layout="constrained")
+    panels = figure.subplots(len(rows), 2 + len(first), squeeze=False)
+    for (title, row), (errors, costs, *drifts) in zip(rows, panels, strict=True):
         _error_panel(row, errors)
         _scheme_lines(row["cpu_seconds"], row["error"], costs)
-        conserved = [str(name) for name in row.data_vars if str(name).endswith("_drift") and bool(row[name].notnull().any())]
-        name = "momentum_drift" if "momentum_drift" in conserved else conserved[0]
-        _scheme_lines(row["size"], row[name], drifts)
-        for axes, across, up in (
-            (errors, "points", "error"),
-            (costs, "CPU time [s]", "error"),
-            (drifts, "points", name.replace("_", " ")),
-        ):
+        labels = [(errors, "points", "error"), (costs, "CPU time [s]", "error")]
+        for axes, name in zip(drifts, first, strict=True):
+            _scheme_lines(row["size"], row[name], axes)
+            labels.append((axes, "points", name.replace("_", " ")))
+        for axes, across, up in labels:
             axes.set(xlabel=across, ylabel=up)
             axes.set_title(title, fontsize=9)
             axes.tick_params(labelsize=8)
@@ -105,13 +101,18 @@ def schemes_overview(table: xr.Dataset) -> Figure:
 def _rows_of(table: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """The parts of a comparison that have one panel each, with their titles, without grids on which nothing ran."""
     others = [str(name) for name in table["error"].dims if name not in ("scheme", "size")]
-    stacked = table.stack(row=others) if others else table.expand_dims(row=[()])
+    parts = [table] if not others else [part for _, part in table.stack(row=others).groupby("row", squeeze=False)]
     rows = []
-    for index, place in enumerate(stacked["row"].values):
-        told = [str(value) if name == "problem" else f"{name} = {value:g}" for name, value in zip(others, place, strict=True)]
-        row = stacked.isel(row=index, drop=True).dropna("size", how="all", subset=["error"])
+    for part in parts:
+        one = part.squeeze("row") if others else part
+        told = [f"{one[name].item():g}" if name != "problem" else one[name].item() for name in others]
+        title = ", ".join(
+            value if name == "problem" else f"{name} = {value}" for name, value in zip(others, told, strict=True)
+        )
+        row = one.dropna("size", how="all", subset=["error"])
         if row.sizes["size"]:
-            rows.append((", ".join(told), row))
+            rows.append((title, row))
+    require(bool(rows), "No member of the study has an error that is known, so that there is nothing to draw.")
     return rows
 
 
@@ -165,8 +166,11 @@ def scheme_errors(table: xr.Dataset) -> Figure:
 def _error_panel(row: xr.Dataset, axes: Axes) -> None:
     """The error of each scheme against the number of points."""
     _slopes(row, axes)
-    limits = 0.5 * float(row["error"].min()), 2 * float(row["error"].max())
     _scheme_lines(row["size"], row["error"], axes)
+    positive = row["error"].where(row["error"] > 0)
+    if not bool(positive.notnull().any()):
+        return
+    limits = 0.5 * float(positive.min()), 2 * float(positive.max())
     axes.set_ylim(limits)
     if float(row["reference_error"]) > limits[0]:
         axes.axhspan(limits[0], float(row["reference_error"]), color="0.93", zorder=0)
@@ -175,6 +179,6 @@ def _error_panel(row: xr.Dataset, axes: Axes) -> None:
 def _slopes(row: xr.Dataset, axes: Axes) -> None:
     """The slopes of the orders 2, 4 and 6."""
     sizes = row["size"].values
-    for order in (2, 4, 6):
+    for order in (2, 4, 6) if float(row["error"].max()) > 0 else ():
         slope = float(row["error"].max()) * (sizes[0] / sizes) ** float(order)
         axes.loglog(sizes, slope, color="lightgrey", linewidth=0.7, zorder=0)

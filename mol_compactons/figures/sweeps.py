@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mol_compactons.figures.style import MARKERS
+
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
@@ -18,8 +20,6 @@ COLUMNS = 4
 
 ALIKE = 30.0
 """Values all positive whose largest is more than so many times the smallest are drawn by their logarithms."""
-
-MARKERS = "osd^v<>pP*Xh"
 
 
 def sweep_overview(table: xr.Dataset) -> Figure:

@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mol_compactons.analysis.collisions import first_collision
 from mol_compactons.analysis.tracking import track
 from mol_compactons.errors import InputError, require
-from mol_compactons.figures.results import LINE, drifts, profiles, shown, waterfall
+from mol_compactons.figures.results import drifts, profiles, shown, waterfall
+from mol_compactons.figures.style import DASHES, LINE
 from mol_compactons.results.reading import arranged, field_names, grid_of, space_of
 from mol_compactons.simulation import Simulation
 
@@ -18,9 +20,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-MARKERS, DASHES = "osd^v<>pP*Xh", ("-", "--", "-.", ":")
-"""What tells lines apart in grey."""
 
 SNAPSHOTS = 4
 """How many times are shown where none are named."""
@@ -62,7 +61,7 @@ def spacetime(dataset: xr.Dataset, axes: Axes) -> None:
     axes.set(xlabel=space, ylabel="t")
 
 
-def snapshots(dataset: xr.Dataset, axes: Axes, times: Sequence[float] = (), exact: bool = True) -> None:
+def snapshots(dataset: xr.Dataset, axes: Axes, times: Sequence[float] | NDArray[np.float64] = (), exact: bool = True) -> None:
     """Profiles at some times, and with them the exact wave where the initial data are one.
 
     Parameters
@@ -83,11 +82,7 @@ def snapshots(dataset: xr.Dataset, axes: Axes, times: Sequence[float] = (), exac
     """
     field, space = profiles(dataset), space_of(dataset)
     t, values = field["t"].values, shown(field)
-    for time in times:
-        require(t[0] <= time <= t[-1], f"t = {time:g} is beyond the result, which goes from {t[0]:g} to {t[-1]:g}.")
-    wanted = times or np.linspace(t[0], t[-1], SNAPSHOTS)
-    indices = sorted({int(np.abs(t - time).argmin()) for time in wanted})
-    for number, index in enumerate(indices):
+    for number, index in enumerate(_frames_at(t, times if len(times) else np.linspace(t[0], t[-1], SNAPSHOTS))):
         axes.plot(
             field[space].values,
             values[index],
@@ -100,6 +95,13 @@ def snapshots(dataset: xr.Dataset, axes: Axes, times: Sequence[float] = (), exac
             axes.plot(*wave, color="black", linewidth=0.5, label="exact" if number == 0 else None)
     axes.set(xlabel=space, ylabel=str(field.name))
     axes.set_xlim(float(field[space][0]), float(field[space][-1]))
+
+
+def _frames_at(t: NDArray[np.float64], times: Sequence[float] | NDArray[np.float64]) -> list[int]:
+    """The frames next to some times; raises `InputError` where one is beyond the result."""
+    for time in times:
+        require(t[0] <= time <= t[-1], f"t = {time:g} is beyond the result, which goes from {t[0]:g} to {t[-1]:g}.")
+    return sorted({int(np.abs(t - time).argmin()) for time in times})
 
 
 def _exact(dataset: xr.Dataset, t: float) -> tuple[Any, Any] | None:
@@ -146,13 +148,12 @@ def spectrum(dataset: xr.Dataset, axes: Axes) -> None:
     axes.set(xlabel="wave number", ylabel=f"|Fourier coefficient of {field.name}|")
 
 
-def portrait(dataset: xr.Dataset, axes: Axes, times: Sequence[float] = ()) -> None:
+def portrait(dataset: xr.Dataset, axes: Axes, times: Sequence[float] | NDArray[np.float64] = ()) -> None:
     """The derivative of the field against the field, at some times; a travelling wave goes round a closed curve."""
     field, space = profiles(dataset), space_of(dataset)
     t, values = field["t"].values, shown(field)
-    wanted = times or (t[0], t[-1])
     slopes = np.gradient(values, field[space].values, axis=1)
-    for number, index in enumerate(sorted({int(np.abs(t - time).argmin()) for time in wanted})):
+    for number, index in enumerate(_frames_at(t, times if len(times) else (t[0], t[-1]))):
         axes.plot(
             values[index], slopes[index], DASHES[number % len(DASHES)], color=f"C{number % 10}", label=f"t = {t[index]:.4g}"
         )
@@ -175,7 +176,7 @@ def picture(
     dataset: xr.Dataset,
     kind: str,
     *,
-    times: Sequence[float] = (),
+    times: Sequence[float] | NDArray[np.float64] = (),
     part: tuple[float | None, float | None] = (None, None),
     style: str = "screen",
 ) -> Figure:
@@ -206,13 +207,14 @@ def picture(
     whole = kind in ("paths", "spectrum", "drift")
     require(not whole or part == (None, None), f"A picture of the kind {kind} shows the whole line; leave out the window.")
     require(
-        not times or kind in ("snapshots", "portrait"), f"A picture of the kind {kind} shows all times; leave out --times."
+        not len(times) or kind in ("snapshots", "portrait"),
+        f"A picture of the kind {kind} shows all times; leave out --times.",
     )
     seen = dataset if part == (None, None) else window(dataset, *part)
     width, size = WIDTHS[style], SIZES[style]
     figure = Figure(figsize=(width, 0.68 * width), layout="constrained")
     axes = figure.subplots()
-    KINDS[kind](seen, axes, **({"times": times} if times else {}))
+    KINDS[kind](seen, axes, **({"times": times} if len(times) else {}))
     if legend := axes.get_legend():
         legend.remove()
     handles, labels = axes.get_legend_handles_labels()

@@ -6,25 +6,26 @@ import json
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from mol_compactons.analysis.drift import scale_of
+from mol_compactons.analysis.drift import largest_drift
 from mol_compactons.configuration import decode, hints_of
 from mol_compactons.errors import InputError
+from mol_compactons.results import checkpoint
 from mol_compactons.results.places import written_whole
 from mol_compactons.results.recorder import MemoryRecorder
+from mol_compactons.results.running_file import is_claimed
 from mol_compactons.results.schema import CONSERVED, describe
 from mol_compactons.running import recorded
 from mol_compactons.runtime.netcdf import open_netcdf
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import modules
-from mol_compactons.studies.members import FAILED, Task, asked_of, attempted, carry_out, costs_of, layout_digest
+from mol_compactons.studies.members import Task, asked_of, attempted, carry_out, costs_of, layout_digest
 from mol_compactons.studies.plan import digest
-from mol_compactons.studies.store import Row
+from mol_compactons.studies.store import FAILED, Row
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +39,9 @@ PER_FILE = 100
 MOST_BYTES = 2**25
 """About how large the fields of a block may be."""
 
+WITH_ONE_SHAPE = ("grid", "t_end", "frames", "output_times", "series_per_frame")
+"""Members that have these fields in common are put into one block; their files are told apart by what comes out."""
+
 MEMBER = "member"
 """The dimension along which a block has its members."""
 
@@ -50,14 +54,14 @@ ATTRIBUTES = "attributes"
 
 @dataclass(frozen=True)
 class Block:
-    """Members that go into one file; their grids, times and variables are the same.
+    """Members that run together; those that have the same variables go into one file.
 
     Parameters
     ----------
     tasks : tuple of Task
         The members.
     path : str
-        The file.
+        Its file; where the variables differ, others beside it.
     """
 
     tasks: tuple[Task, ...]
@@ -72,8 +76,7 @@ def units_of(tasks: Sequence[Task], per_file: int, folder: Path) -> Iterator[Tas
     alike = defaultdict(list)
     for task in tasks:
         tree = task.tree
-        frames = [tree.get(name) for name in ("t_end", "frames", "output_times", "series_per_frame")]
-        alike[json.dumps([tree["equation"], tree["grid"], frames])].append(task)
+        alike[json.dumps([tree.get(name) for name in WITH_ONE_SHAPE])].append(task)
     for group in alike.values():
         tree = group[0].tree
         few = tree.get("series_per_frame", 1) != 1  # what is recorded more often has no place in a block
@@ -98,49 +101,79 @@ def carry_out_all(unit: Task | Block) -> list[Row]:
 
 
 def carry_out_block(block: Block) -> list[Row]:
-    """Run the members of a block, write those that ran to their end into its file, and say what they came to."""
-    kept: list[MemoryRecorder] = []
+    """Run the members of a block, write those that ran to their end into its files, and say what they came to."""
+    recorders: dict[str, MemoryRecorder] = {}
+    parts: dict[tuple[str, str], Any] = {}
 
     def result(task: Task) -> Row:
         modules.load(task.modules)
-        recorder = recorded(_decoded(task.tree))
+        recorder = recorded(_decoded(task.tree, parts))
         own = _measured(recorder, task)
-        kept.append(recorder)
-        return own | {"file": Path(block.path).name, "place": len(kept) - 1}
+        recorders[task.name] = recorder
+        return own
 
-    rows = [attempted(task, lambda task=task: result(task)) for task in block.tasks]  # type: ignore[misc]
-    if kept:
+    rows = {task.name: attempted(task, lambda task=task: result(task)) for task in block.tasks}  # type: ignore[misc]
+    groups = defaultdict(list)
+    for name, recorder in recorders.items():
+        groups[_shape(recorder)].append(name)
+    for number, names in enumerate(groups.values()):
+        path = Path(block.path)
+        path = path.with_stem(f"{path.stem}_{number}") if number else path
         try:
-            with written_whole(Path(block.path)) as part:
-                stacked(kept, [row["name"] for row in rows if row["status"] != FAILED]).to_netcdf(part, engine="scipy")
-        except InputError as error:
-            return [
-                task.row(FAILED, str(error)) | {"seconds": row["seconds"]} for task, row in zip(block.tasks, rows, strict=True)
-            ]
-    return rows
+            with written_whole(path) as part:
+                stacked([recorders[name] for name in names], names).to_netcdf(part, engine="scipy")
+        except Exception as error:  # of names and attributes of the user's own, too
+            reason = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+            tasks = {task.name: task for task in block.tasks}
+            rows |= {name: tasks[name].row(FAILED, reason) | {"seconds": rows[name]["seconds"]} for name in names}
+            continue
+        for place, name in enumerate(names):
+            rows[name] |= {"file": path.name, "place": place}
+    for task in block.tasks:
+        if "file" in rows[task.name]:
+            _remove_what_was_cut_off(Path(task.path))
+    return list(rows.values())
 
 
-def _decoded(tree: dict[str, Any]) -> Simulation:
-    """A simulation from JSON-ready data, whose parts are made once where many members share them."""
+def _remove_what_was_cut_off(path: Path) -> None:
+    """Remove what an earlier attempt, with a file of its own, left of a member that is in a block now."""
+    if path.is_file() and not is_claimed(path):
+        checkpoint.discard(path)
+        path.unlink(missing_ok=True)
+
+
+def _shape(recorder: MemoryRecorder) -> str:
+    """What recordings have in common that can stand in one file."""
+    layout = recorder.layout
+    own = [
+        {name: {key: value for key, value in one.items() if key != MAGNITUDE} for name, one in variables.items()}
+        for variables in (layout.fields, layout.series)
+    ]
+    return json.dumps([*own, layout.space, layout.coordinate_attributes, recorder.frames], default=str)
+
+
+def _decoded(tree: dict[str, Any], parts: dict[tuple[str, str], Any]) -> Simulation:
+    """A simulation from JSON-ready data, whose parts are made once where members of a block share them."""
     hints = hints_of(Simulation)
-    fields = {name: _part(name, json.dumps(value)) for name, value in tree.items() if name in hints}
-    return Simulation(**fields) if len(fields) == len(tree) - 1 else decode(Simulation, tree)
-
-
-@lru_cache(maxsize=1000)
-def _part(name: str, text: str) -> Any:
-    return decode(hints_of(Simulation)[name], json.loads(text))
+    if tree.keys() - hints.keys() != {"type"}:
+        return cast(Simulation, decode(Simulation, tree))
+    fields = {}
+    for name in tree.keys() & hints.keys():
+        key = name, json.dumps(tree[name])
+        if key not in parts:
+            parts[key] = decode(hints[name], tree[name])
+        fields[name] = parts[key]
+    return Simulation(**fields)
 
 
 def _measured(recorder: MemoryRecorder, task: Task) -> Row:
     """What is read from a recording, as part of a row."""
-    layout, numbers = recorder.layout, {}
-    for index, (name, own) in enumerate(layout.series.items(), start=1):
-        if own["role"] == CONSERVED:
-            values = recorder.numbers[:, index]
-            numbers[f"{name}_drift"] = float(
-                np.abs(values - values[0]).max() / (scale_of(values, own.get(MAGNITUDE))[0] or 1.0)
-            )
+    layout = recorder.layout
+    numbers: dict[str, Any] = {
+        f"{name}_drift": largest_drift(recorder.numbers[:, index], own.get(MAGNITUDE))
+        for index, (name, own) in enumerate(layout.series.items(), start=1)
+        if own["role"] == CONSERVED
+    }
     numbers |= costs_of(recorder.attributes)
     if task.tracked or task.quantities:
         numbers |= asked_of(recorder.dataset(), task)

@@ -24,16 +24,15 @@ from mol_compactons.studies import modules
 from mol_compactons.studies.engine import Engine, Here, Lost, Watch
 from mol_compactons.studies.family import Family, Member, Notice
 from mol_compactons.studies.judgement import judge
-from mol_compactons.studies.members import FAILED
 from mol_compactons.studies.plan import digest
-from mol_compactons.studies.store import Store
+from mol_compactons.studies.store import FAILED, Store
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 LONGEST_NAME = 200
-"""How many characters of its label the name of a group has; NetCDF allows 256."""
+"""How many bytes of its label the name of a group has; NetCDF allows 256."""
 
 
 def converge(
@@ -102,14 +101,19 @@ def converge(
         "failed": "\n".join(failed),
         "status": "complete",
     }
-    groups = {f"/members/{group_name(str(result.attrs['label']))}": result for result in results}
+    groups: dict[str, xr.Dataset] = {}
+    for result in results:
+        name = group_name(str(result.attrs["label"]))
+        taken = f"/members/{name}" in groups
+        groups[f"/members/{name} {len(groups)}" if taken else f"/members/{name}"] = result
     return judge(xr.DataTree.from_dict({"/": xr.Dataset(attrs=root), "/members": xr.Dataset(), **groups}))
 
 
 def group_name(label: str) -> str:
     """The name of a member's group: its label, as far as that can be the name of one."""
     name = label.replace("/", "|")
-    return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]} {digest(name)}"
+    encoded = name.encode()
+    return name if len(encoded) <= LONGEST_NAME else f"{encoded[:LONGEST_NAME].decode(errors='ignore')} {digest(name)}"
 
 
 def plan_of_study(simulation: Simulation, family: Family) -> dict[str, Any]:

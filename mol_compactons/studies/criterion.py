@@ -12,7 +12,9 @@ import numpy as np
 
 from mol_compactons.errors import InputError, require, shown
 from mol_compactons.results.schema import COMPLETE
-from mol_compactons.studies.store import Row
+from mol_compactons.studies.store import FAILED, Row
+
+STATUS, UNKNOWN = "status", "unknown"
 
 COMPARISONS: dict[str, Callable[[float, float], bool]] = {"<": operator.lt, ">": operator.gt}
 
@@ -26,19 +28,33 @@ class Criterion:
     Parameters
     ----------
     quantity : str
-        The name of a quantity in the table; "status" for whether it is complete.
+        The name of a quantity in the table; `STATUS` for whether it is complete.
     wave : int
         Of which wave, where it is one of waves.
     comparison : {"<", ">"}
         How it is compared.
     threshold : float
-        With what.
+        With what; None for the status.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to compare with, or no such comparison.
     """
 
-    quantity: str = "status"
+    quantity: str = STATUS
     wave: int = 0
     comparison: str = "<"
-    threshold: float = math.nan
+    threshold: float | None = None
+
+    def __post_init__(self) -> None:
+        require(self.comparison in COMPARISONS, f"comparison = {self.comparison!r} must be < or >.")
+        require(self.wave >= 0, f"wave = {self.wave} must not be negative; the first is 0.")
+        compared = self.threshold is not None and math.isfinite(self.threshold)
+        require(
+            compared or (self.quantity == STATUS and self.threshold is None),
+            f"{self.quantity} is compared with {self.threshold}; give a number.",
+        )
 
     @classmethod
     def from_text(cls, text: str) -> Criterion:
@@ -49,7 +65,7 @@ class Criterion:
         InputError
             If it is neither.
         """
-        if text.strip() == "status":
+        if text.strip() == STATUS:
             return cls()
         found = _COMPARED.fullmatch(text)
         try:
@@ -62,29 +78,22 @@ class Criterion:
     @property
     def told(self) -> str:
         """The same in a text."""
-        if self.quantity == "status":
+        if self.quantity == STATUS:
             return self.quantity
-        return f"{self.quantity}{f'[{self.wave}]' if self.wave else ''} {self.comparison} {self.threshold:g}"
+        return f"{self.quantity}{f'[{self.wave}]' if self.wave else ''} {self.comparison} {self.threshold}"
+
+    def is_known(self, row: Row) -> bool:
+        """Whether a member has what is asked for."""
+        return self.quantity == STATUS or self.quantity in row["quantities"]
 
     def of(self, row: Row) -> str:
-        """How a member came out.
-
-        Raises
-        ------
-        InputError
-            If it has no such quantity.
-        """
+        """How a member came out; "unknown" where it does not have what is asked for, or that is NaN."""
         if row["status"] != COMPLETE:
-            return "failed" if row["status"] == "failed" else "stopped"
-        if self.quantity == "status":
+            return FAILED if row["status"] == FAILED else "stopped"
+        if self.quantity == STATUS:
             return COMPLETE
-        known = row["quantities"]
-        require(
-            self.quantity in known,
-            f"The outcome asks for {self.quantity}, which members do not have; they have {', '.join(sorted(known))}.",
-        )
-        values = np.atleast_1d(known[self.quantity])
+        values = np.atleast_1d(row["quantities"].get(self.quantity, math.nan))
         value = float(values[self.wave]) if self.wave < values.size else math.nan
-        if math.isnan(value):
-            return "unknown"
+        if math.isnan(value) or self.threshold is None:
+            return UNKNOWN
         return "yes" if COMPARISONS[self.comparison](value, self.threshold) else "no"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.analysis.drift import drift
+from mol_compactons.analysis.drift import largest_drifts
 from mol_compactons.configuration import decode
 from mol_compactons.errors import require
 from mol_compactons.results.reading import arranged, field_names
@@ -19,6 +19,7 @@ from mol_compactons.results.schema import COMPLETE
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies.family import VISCOUS, Cell, Family
 from mol_compactons.studies.outcome import on_grid
+from mol_compactons.studies.store import FAILED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,9 +28,6 @@ Array = NDArray[np.float64]
 
 SMALLEST_MULTIPLE = 3.0
 """Errors below so many times the uncertainty of what they are measured against show no order."""
-
-FAILED = "failed"
-"""How the status of a member begins that has no result."""
 
 FITTED = 3
 """To how many of the finest grids an order is fitted."""
@@ -144,8 +142,8 @@ def _table(family: Family, runs: Mapping[str, xr.Dataset], simulation: Simulatio
 
     schemes, sizes = [scheme.label for scheme in family.schemes], list(family.sizes)
     shape = len(schemes), len(sizes)
-    changes = {name: drift(run) for name, run in runs.items()}
-    quantities = sorted({f"{quantity}_drift" for change in changes.values() for quantity in change.data_vars})
+    changes = {name: largest_drifts(run) for name, run in runs.items()}
+    quantities = sorted({f"{quantity}_drift" for change in changes.values() for quantity in change})
     numbers = {name: np.full(shape, math.nan) for name in ("error", *quantities, *COSTS)}
     texts = {name: np.full(shape, "", dtype=object) for name in ("integrator", "status", "member")}
     texts["status"][...] = FAILED
@@ -154,8 +152,8 @@ def _table(family: Family, runs: Mapping[str, xr.Dataset], simulation: Simulatio
             continue
         place = schemes.index(run.attrs["scheme"]), sizes.index(_profile(run).size)
         numbers["error"][place] = _error(run, simulation, reference)
-        for quantity, change in changes[name].data_vars.items():
-            numbers[f"{quantity}_drift"][place] = float(abs(change).max())
+        for quantity, size in changes[name].items():
+            numbers[f"{quantity}_drift"][place] = size
         for cost in COSTS:
             numbers[cost][place] = float(run.attrs.get(cost, math.nan))
         own = Simulation.from_json(str(run.attrs["simulation"]))

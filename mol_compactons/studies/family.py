@@ -33,7 +33,7 @@ class Cell(NamedTuple):
     @property
     def label(self) -> str:
         """One line that tells it from the others."""
-        return f"{self.limit} {self.scheme} N={self.size} viscosity={self.viscosity:g} tolerance={self.tolerance:g}"
+        return f"{self.limit} {self.scheme} N={self.size} viscosity={self.viscosity:.12g} tolerance={self.tolerance:.12g}"
 
 
 @dataclass(frozen=True)
@@ -141,15 +141,16 @@ class Family(Settings):
         """
         scheme, integrator, size = simulation.scheme, simulation.integrator, simulation.grid.size
         if not scheme.refines:
-            for name in ("sizes", "schemes", "viscosities", "grid_viscosities"):
+            only = {"sizes": (size,), "schemes": (scheme,), "viscosities": (), "grid_viscosities": ()}
+            for name, own in only.items():
                 require(
-                    not getattr(self, name),
+                    getattr(self, name) in ((), own),
                     f"{name} is not to be varied: a chain has no grid to refine and one scheme; vary tolerances alone.",
                 )
-            own = replace(self, sizes=(size,), schemes=(scheme,))
+            complete = replace(self, sizes=(size,), schemes=(scheme,))
         else:
-            own = self
-        for one in own.schemes:
+            complete = self
+        for one in complete.schemes:
             require(
                 one.suits(simulation.equation) > 0,
                 f"{type(one).__name__} does not suit {type(simulation.equation).__name__}; choose other schemes.",
@@ -160,9 +161,9 @@ class Family(Settings):
         if not viscosities and not grid_viscosities:
             viscosities, grid_viscosities = ((2 * amount, amount) if amount else () for amount in scheme.viscosities)
         return replace(
-            own,
-            sizes=tuple(sorted(own.sizes or (size // 4, size // 2, size))),
-            schemes=own.schemes or _with_another_kind(simulation),
+            complete,
+            sizes=tuple(sorted(complete.sizes or (size // 4, size // 2, size))),
+            schemes=complete.schemes or _with_another_kind(simulation),
             viscosities=tuple(sorted(viscosities, reverse=True)),
             grid_viscosities=tuple(sorted(grid_viscosities, reverse=True)),
             tolerances=tuple(sorted(tolerances, reverse=True)),

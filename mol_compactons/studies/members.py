@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.collisions import first_collision
-from mol_compactons.analysis.drift import drift
+from mol_compactons.analysis.drift import largest_drifts
 from mol_compactons.analysis.tracking import track
 from mol_compactons.configuration import decode
 from mol_compactons.errors import InputError, IntegrationError
@@ -24,7 +24,7 @@ from mol_compactons.running import run
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies import modules
 from mol_compactons.studies.plan import NAME_DIGITS
-from mol_compactons.studies.store import Row
+from mol_compactons.studies.store import FAILED, Row
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,9 +41,6 @@ LEFT = ("mass_left", "momentum_left", "height_left")
 """What it says of what the waves left behind: of the first collision, or of the last frame."""
 
 COSTS = ("solver_steps", "solver_evaluations", "solver_failures", "solver_warnings", "cpu_seconds")
-
-FAILED = "failed"
-"""The status of a member that has no complete result."""
 
 ORPHAN_PATIENCE = 5.0
 """How long the run of a study that was killed may still hold the file of a member, in seconds."""
@@ -125,7 +122,7 @@ def attempted(task: Task, result: Callable[[], Row]) -> Row:
 
 def _measured(dataset: xr.Dataset, task: Task) -> Row:
     """What is read from a result, as part of a row."""
-    numbers: dict[str, Any] = {f"{name}_drift": float(abs(one).max()) for name, one in drift(dataset).data_vars.items()}
+    numbers: dict[str, Any] = {f"{name}_drift": size for name, size in largest_drifts(dataset).items()}
     numbers |= costs_of(dataset.attrs) | asked_of(dataset, task)
     sizes = {str(dimension): size for dimension, size in dataset.sizes.items()}
     variables = [(str(name), tuple(map(str, one.dims))) for name, one in dataset.data_vars.items()]

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from mol_compactons.errors import InputError
 from mol_compactons.results.opening import open_result
 from mol_compactons.studies.blocks import open_block, unstacked
-from mol_compactons.studies.members import FAILED
-from mol_compactons.studies.store import MEMBERS, Row, file_of, plan_of, result_path, rows_of
+from mol_compactons.studies.store import FAILED, MEMBERS, Row, file_of, plan_of, result_path, rows_of
 from mol_compactons.studies.table import laid_out, table
 
 if TYPE_CHECKING:

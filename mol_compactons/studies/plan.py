@@ -119,6 +119,7 @@ class Plan:
     simulation: Simulation
     axes: Sequence[Axis]
     importing: Importer = field(default=import_nothing, repr=False, compare=False)
+    _read: dict[tuple[int, int], list[tuple[str, str]]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require(bool(self.axes), "A study varies nothing; name a field and its values, as grid.size=300,600.")
@@ -129,7 +130,7 @@ class Plan:
             self.size <= MOST_MEMBERS,
             f"This study would have {float(self.size):.3g} members, and {MOST_MEMBERS} are allowed; give fewer values.",
         )
-        assert self._read, "all values can be read"
+        object.__setattr__(self, "_read", self._read_values())
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -188,8 +189,7 @@ class Plan:
                 branch[int(last) if isinstance(branch, list) else last] = json.loads(text)
         return changes, tree
 
-    @cached_property
-    def _read(self) -> dict[tuple[int, int], list[tuple[str, str]]]:
+    def _read_values(self) -> dict[tuple[int, int], list[tuple[str, str]]]:
         """For each place of an axis its fields and, as JSON, what their values mean."""
         read = {}
         for number, axis in enumerate(self.axes):

@@ -23,6 +23,12 @@ FORMAT = 1
 Row = dict[str, Any]
 """What a member came to, JSON-ready: its ``name``, ``status``, ``reason``, ``seconds`` and ``quantities``."""
 
+FAILED = "failed"
+"""The status of a member that has no complete result."""
+
+LOST = "lost"
+"""Whether a row is that of a member that lost its process: what it came to is not known."""
+
 
 class Store:
     """The folder of one study, claimed by one process.

@@ -14,10 +14,10 @@ from mol_compactons.runtime.signals import stopping_on_signals
 from mol_compactons.simulation import Simulation
 from mol_compactons.studies.blocks import MANY, PER_FILE, Block, carry_out_all, units_of
 from mol_compactons.studies.engine import Engine, Here, Lost, Watch
-from mol_compactons.studies.members import FAILED, Quantity, Task
+from mol_compactons.studies.members import Quantity, Task
 from mol_compactons.studies.modules import modules_of
 from mol_compactons.studies.plan import Plan, encoded, product
-from mol_compactons.studies.store import MEMBERS, Row, Store, file_of
+from mol_compactons.studies.store import FAILED, LOST, MEMBERS, Row, Store, file_of
 from mol_compactons.studies.table import table
 
 if TYPE_CHECKING:
@@ -160,7 +160,13 @@ def run_missing(
             if isinstance(unit, Block) and isinstance(made, Lost):
                 lost += unit.tasks
                 continue
-            rows = made if not isinstance(made, Lost) else [unit.row(FAILED, str(made))] if isinstance(unit, Task) else []
+            rows = (
+                made
+                if not isinstance(made, Lost)
+                else [unit.row(FAILED, str(made)) | {LOST: True}]
+                if isinstance(unit, Task)
+                else []
+            )
             store.add(*rows)
             done, failed = done + len(rows), failed + sum(row["status"] == FAILED for row in rows)
             tell(Progress(done, len(tasks), failed, rows[-1]["label"], rows[-1]["reason"] or rows[-1]["status"]))
@@ -168,10 +174,15 @@ def run_missing(
 
 
 def _missing(store: Store, tasks: Sequence[Task], failed_too: bool) -> list[Task]:
-    """The members that have no complete result yet, with those that have failed if these are to run again."""
-    known = store.rows()
+    """The members that have no complete result yet; those that failed by themselves only if these are to run again."""
     there = {path.name for path in (store.folder / MEMBERS).iterdir()}
-    done = {name for name, row in known.items() if (not failed_too if row["status"] == FAILED else file_of(row) in there)}
+
+    def is_done(row: Row) -> bool:
+        if row["status"] == FAILED:
+            return not failed_too and not row.get(LOST)
+        return file_of(row) in there
+
+    done = {name for name, row in store.rows().items() if is_done(row)}
     return [task for task in tasks if task.name not in done]
 
 

@@ -160,10 +160,28 @@ def test_a_picture_of_another_kind_in_a_vector_format(tmp_path: Path, capsys: py
     assert main([*words, str(tmp_path / "b.svg"), "--times", "0,1"]) == 0
     capsys.readouterr()
     for more, sentence in (
-        (["--kind", "ladder"], "is no study; choose a --kind among waterfall"),
+        (["--kind", "ladder"], "is a result; choose a --kind among waterfall"),
         (["--times", "a"], "--times a is not understood"),
         (["--window", "5"], "--window 5 is not understood; write FROM:TO"),
         (["--times", "9"], "t = 9 is beyond the result"),
     ):
         assert main([*words, pdf, *more]) == 2
         assert sentence in capsys.readouterr().err
+
+
+def test_options_that_say_nothing_for_what_is_drawn_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    chain = ["converge", "head_on", "--set", "t_end=2", "--set", "frames=21", "--quiet", "-o", str(tmp_path / "chain.nc")]
+    assert main(chain) == 0
+    sweep = ["sweep", "single_compacton", "--set", "t_end=0.1", "--set", "frames=3", "--vary", "grid.size=60,80", "--quiet"]
+    assert main([*sweep, "--untracked", "--workers", "1", "-o", str(tmp_path / "s")]) == 0
+    capsys.readouterr()
+    for words, sentence in (
+        (["chain.nc", "--kind", "schemes"], "has no schemes to compare"),
+        (["chain.nc", "--kind", "map"], "is a study; choose a --kind among ladder, schemes"),
+        (["chain.nc", "--times", "1"], "is a study; leave out --times"),
+        (["s", "--kind", "map"], "is a sweep; leave out --kind"),
+        (["s", "--window", "1:2", "--style", "journal"], "is a sweep; leave out --window, --style"),
+    ):
+        assert main(["plot", str(tmp_path / words[0]), *words[1:]]) == 2
+        assert sentence in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.png"))

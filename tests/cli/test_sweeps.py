@@ -120,7 +120,9 @@ def test_a_refinement_says_where_the_outcome_changes(capsys: pytest.CaptureFixtu
     assert main([*words, "--refine", "grid.size=100,120", "--outcome", "momentum_drift > 1", "-o", "s"]) == 0
     assert "no at all 2 values of size" in capsys.readouterr().out
     assert main([*words, "--refine", "grid.size=100,120", "--vary", "t_end=1,2", "-o", "t"]) == 2
-    assert "give --refine, --vary or --draw" in capsys.readouterr().err
+    assert "leave out --refine or --vary" in capsys.readouterr().err
+    assert main([*words, "--vary", "t_end=1,2", "--parts", "3", "--outcome", "status", "-o", "t"]) == 2
+    assert "--outcome, --parts belongs to a refinement" in capsys.readouterr().err
     assert main([*words, "--refine", "grid.size=a,b", "-o", "t"]) == 2
     assert "write numbers, grid.size=LOW,HIGH" in capsys.readouterr().err
     assert main([*words, "--refine", "grid.size=100,120", "--outcome", "nonsense", "-o", "t"]) == 2

@@ -23,7 +23,7 @@ from mol_compactons import (
     continuum_of,
     run,
 )
-from mol_compactons.figures.animation import _pictures, animate, courses
+from mol_compactons.figures.animation import _pictures, _times, animate, courses
 from tests.systems import one_compacton
 
 
@@ -112,6 +112,37 @@ def test_a_chain_and_its_continuum_move_together(chain: list[xr.Dataset], togeth
     pictures = by_pillow(path)
     assert pictures[0].shape[0] == (360 if together else 720)
     assert np.abs(pictures[0].astype(int) - pictures[-1]).mean() > 0.1
+
+
+def test_of_uneven_times_each_picture_shows_the_frame_of_its_clock() -> None:
+    uneven = run(replace(one_compacton(size=150, t_end=10), output_times=(0, 1, 1.5, 10), frames=4))
+    (one,) = courses([uneven])
+    np.testing.assert_array_equal(_times([one], 400), [0, 1, 1.5, 10])
+    np.testing.assert_array_equal(_times([one], 2), [0, 10])
+    crests = [float(one.x[one.at(t, 1.0).argmax()]) for t in (0, 1, 1.5, 10, 1.2)]
+    assert np.ptp(crests) < 0.5, "seen from the wave it stands still, whichever frame is shown"
+
+
+def test_what_cannot_be_shown_is_one_sentence(pair: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for broken, words in (
+        (pair.isel(t=slice(0, 0)), "has 0"),
+        (pair.where(pair.t < 1), "holds NaN or infinity"),
+        (pair.where(pair.t < 1, np.inf), "holds NaN or infinity"),
+    ):
+        with pytest.raises(InputError, match=words):
+            animate([broken.assign_attrs(pair.attrs)], tmp_path / "film.gif")
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "nowhere"))
+    with pytest.raises(InputError, match="encoder of films cannot be started"):
+        animate([pair], tmp_path / "film.mp4", most_frames=3)
+    assert not list(tmp_path.iterdir())
+
+
+def test_any_title_can_stand_in_a_film(pair: xr.Dataset, tmp_path: Path) -> None:
+    for title in (r"$\foo$", "_hidden", ""):
+        assert (
+            animate([pair, pair], tmp_path / "a.gif", labels=[title, title], together=True, most_frames=3, overwrite=True) == 3
+        )
 
 
 def test_an_opened_gap_does_not_crush_the_rest() -> None:

@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from mol_compactons import CompactScheme, ConservativeScheme, Family, judge
-from mol_compactons.figures import convergence_overview
+from mol_compactons import CompactScheme, ConservativeScheme, Family, InputError, judge
+from mol_compactons.figures import convergence_overview, scheme_errors, schemes_overview
 from tests.figures.arrangement import places
 from tests.studies.by_hand import spacing, study
 
@@ -58,3 +59,54 @@ def test_each_title_has_the_verdicts_of_its_quantity() -> None:
     tree = judge(study(lambda member: 0.1 * np.sign(0.3 - spacing(member)) / spacing(member)))
     titles = [axes.get_title() for axes in convergence_overview(tree).axes]
     assert "profile: not converged" in titles
+
+
+def several() -> xr.Dataset:
+    """The schemes of studies by hand on two problems, for one n."""
+    tables = []
+    for number, name in enumerate(("one", "other"), start=1):
+        tree = judge(study(lambda member, number=number: number * 1e-3 * spacing(member) ** 2))  # type: ignore[misc]
+        tables.append(tree["schemes"].to_dataset().drop_vars("reference").expand_dims(problem=[name]))
+    return xr.merge(tables, join="outer", compat="no_conflicts", combine_attrs="drop_conflicts").assign_attrs(title="Two")
+
+
+def test_each_scheme_has_its_errors_costs_and_drifts() -> None:
+    table = several()
+    table["mass_drift"] = table["mass_drift"] + 1e-9
+    table["cpu_seconds"] = table["cpu_seconds"].fillna(2.0)
+    figure = schemes_overview(table)
+    assert places(figure) == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
+    for row, problem in enumerate(table["problem"].values):
+        errors, costs, drifts = figure.axes[3 * row : 3 * row + 3]
+        assert errors.get_title() == f"{problem}, n = 2"
+        for scheme in table["scheme"].values:
+            own = table.sel(problem=problem, scheme=scheme, n=2)
+            for axes, across, up in ((errors, own["size"], "error"), (costs, own["cpu_seconds"], "error")):
+                (line,) = [line for line in axes.lines if line.get_label() == scheme]
+                np.testing.assert_array_equal(line.get_xdata(), across.values)
+                np.testing.assert_array_equal(line.get_ydata(), own[up].values)
+            (line,) = [line for line in drifts.lines if line.get_label() == scheme]
+            np.testing.assert_array_equal(line.get_ydata(), own["mass_drift"].values)
+    lines = [line for line in figure.axes[0].lines if not str(line.get_label()).startswith("_")]
+    assert len({line.get_marker() for line in lines}) == len({line.get_linestyle() for line in lines}) == len(lines)
+
+
+def test_the_errors_alone_stand_in_a_row_for_each_problem() -> None:
+    table = several()
+    figure = scheme_errors(table)
+    assert places(figure) == [(0, 0), (1, 0)]
+    slopes = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("_")]
+    found = [np.polyfit(np.log(line.get_xdata()), np.log(line.get_ydata()), 1)[0] for line in slopes]
+    assert found == pytest.approx([-2, -4, -6])
+    bottom, top = figure.axes[0].get_ylim()
+    assert bottom < float(table["error"][0].min())
+    assert top > float(table["error"][0].max())
+
+
+def test_schemes_without_an_exponent_a_drift_or_an_error_are_drawn_or_refused_in_a_sentence() -> None:
+    table = several().isel(problem=0, n=0, drop=True)
+    assert len(schemes_overview(table).axes) == 2, "what has no drift has no panel of drifts"
+    zero = table.assign(error=0 * table["error"])
+    schemes_overview(zero).canvas.draw()
+    with pytest.raises(InputError, match="nothing to draw"):
+        schemes_overview(table.assign(error=np.nan * table["error"]))

@@ -135,3 +135,10 @@ def test_a_window_is_a_part(one: xr.Dataset) -> None:
 def test_bad_input_is_named(one: xr.Dataset, arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         picture(one, **arguments)
+
+
+def test_times_may_be_an_array_and_none_lies_beyond_the_result(one: xr.Dataset) -> None:
+    for kind in ("snapshots", "portrait"):
+        assert len(picture(one, kind, times=np.array([0.0, 5.0])).axes[0].lines) >= 2
+        with pytest.raises(InputError, match="t = 99 is beyond the result"):
+            picture(one, kind, times=[99.0])

@@ -1,14 +1,29 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from mol_compactons import GaussLegendre, InputError, Processes, Simulation, open_sweep, run, sweep
+from mol_compactons import (
+    CustomEquation,
+    Equation,
+    Formula,
+    GaussLegendre,
+    Grid,
+    InputError,
+    Lattice,
+    Processes,
+    Simulation,
+    Wave,
+    open_sweep,
+    run,
+    sweep,
+)
 from mol_compactons.studies.blocks import Block, carry_out_all, units_of
 from mol_compactons.studies.members import Task
 from mol_compactons.studies.opening import open_member
@@ -131,3 +146,62 @@ def test_other_integrators_and_failures_have_their_place(tmp_path: Path) -> None
     assert "rtol" in table["reason"].values[2]
     with pytest.raises(InputError, match="per_file = 0"):
         sweep(small(), {"grid.size": [60]}, tmp_path / "t", per_file=0)
+
+
+def test_members_with_other_variables_have_files_of_their_own(tmp_path: Path) -> None:
+    """Another name of the field, a source that makes the mass no conserved quantity: each is what run makes of it."""
+    flux = "3*u**2 + d2(u)"
+    equations = [
+        CustomEquation(flux=flux),
+        CustomEquation(flux=flux, source="-0.5*u"),
+        CustomEquation(flux=flux.replace("u", "W"), variable="W"),
+        "CustomEquation(nothing=1)",
+        None,
+    ]
+    start = Simulation(
+        equation=equations[0],  # type: ignore[arg-type]
+        grid=Grid(20, 60),
+        initial=[Formula("exp(-(x - 8)**2)")],
+        t_end=0.02,
+        frames=3,
+    )
+    table = sweep(start, {"equation": equations}, tmp_path / "s", tracked=False, per_file=9)
+    assert table["status"].values.tolist() == ["complete"] * 3 + ["failed"] * 2
+    files = set()
+    for name in table["name"].values[:3]:
+        member = open_member(tmp_path / "s", str(name))
+        own = run(Simulation.from_json(member.attrs["simulation"]))
+        assert set(member.data_vars) == set(own.data_vars)
+        assert all(member[one].attrs == own[one].attrs for one in own.variables)
+        files.add(rows_of(tmp_path / "s")[str(name)]["file"])
+    assert len(files) == 3
+    assert isinstance(open_sweep(tmp_path / "s"), xr.DataTree)
+
+
+def test_a_class_that_is_defined_anew_is_the_new_one(tmp_path: Path) -> None:
+    heights = []
+    for amplitude in (1.0, 3.0):
+
+        @dataclass(frozen=True)
+        class Bump(Wave):
+            """A bump of a height that its class has."""
+
+            width: float = 1.0
+            height: ClassVar[float] = amplitude
+
+            def values(self, equation: Equation, grid: Grid | Lattice, t: float = 0.0) -> Any:
+                return self.height * np.exp(-((grid.coordinates - 8) ** 2) / self.width)[None]
+
+        start = replace(small(), initial=[Bump()])
+        sweep(start, {"grid.left": [0.0], "t_end": [0.01, 0.02]}, tmp_path / f"{amplitude:g}", tracked=False, per_file=4)
+        rows = rows_of(tmp_path / f"{amplitude:g}").values()
+        heights += [float(open_member(tmp_path / f"{amplitude:g}", row["name"]).W[0].max()) for row in rows]
+    assert heights == pytest.approx([1, 1, 3, 3], rel=0.05)
+
+
+def test_what_an_earlier_attempt_left_goes_when_the_member_is_in_a_block(tmp_path: Path) -> None:
+    sweep(small(), {"initial.0.speed": SPEEDS}, tmp_path / "s", tracked=False)
+    rows = tmp_path / "s" / "rows.jsonl"
+    rows.write_text("", encoding="utf-8")
+    sweep(small(), {"initial.0.speed": SPEEDS}, tmp_path / "s", tracked=False, per_file=5)
+    assert [path.name[:6] for path in (tmp_path / "s" / "members").iterdir()] == ["block_"]

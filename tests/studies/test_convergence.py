@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from mol_compactons import (
     Lattice,
     Ripple,
     RosenauHyman,
+    Rosenbrock,
     Simulation,
     SolitaryWave,
     Symplectic,
@@ -26,11 +28,12 @@ from mol_compactons import (
 )
 from mol_compactons.assignment import assign
 from mol_compactons.cli import scenarios
-from mol_compactons.studies.convergence import converge
+from mol_compactons.studies.convergence import converge, group_name
 from mol_compactons.studies.family import Family
 from mol_compactons.studies.judgement import BUDGET, CONVERGED, NOT_CONVERGED, judge
 from mol_compactons.studies.report import report, verdict
 from tests.studies.simulations import chain, single
+from tests.systems import one_compacton
 
 
 def test_a_study_can_be_judged_anew(study: xr.DataTree) -> None:
@@ -186,3 +189,22 @@ def test_the_ladder_of_a_chain_is_that_of_its_tolerances() -> None:
 def test_bad_families_are_named(attempt: Callable[[], Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         attempt()
+
+
+def test_members_whose_labels_are_alike_are_all_there() -> None:
+    simulation = one_compacton(size=120, t_end=0.2, frames=3, integrator=Rosenbrock())
+    viscosities = (0.001 * (1 + 1e-7), 0.001, 0.001 * (1 + 1e-14))
+    tree = converge(
+        simulation, Family(sizes=(60, 120), schemes=(CompactScheme(),), viscosities=viscosities, tolerances=(1e-4,))
+    )
+    assert len(tree["members"].children) == 6
+    assert group_name("a/b" * 200) != group_name("a/b" * 200 + "c")
+    assert len(group_name("\u03bd" * 500).encode()) < 256
+
+
+def test_a_study_of_a_chain_goes_on_in_its_folder(tmp_path: Path) -> None:
+    told: list[str] = []
+    first = converge(chain(), Family(tolerances=(1e-4, 1e-5)), folder=tmp_path / "f")
+    again = converge(chain(), Family(tolerances=(1e-4, 1e-5)), told.append, folder=tmp_path / "f")
+    assert told == ["2/2 have run before"]
+    xr.testing.assert_identical(again["summary"].to_dataset(), first["summary"].to_dataset())

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -17,7 +18,7 @@ def test_a_criterion_is_read_from_what_it_tells(quantity: str, wave: int, compar
     criterion = Criterion(quantity, wave, comparison, threshold)
     again = Criterion.from_text(criterion.told)
     assert (again.quantity, again.wave, again.comparison) == (quantity, wave, comparison)
-    assert again.threshold == pytest.approx(threshold, rel=1e-5)
+    assert again.threshold == threshold
 
 
 @pytest.mark.parametrize(
@@ -30,6 +31,7 @@ def test_a_criterion_is_read_from_what_it_tells(quantity: str, wave: int, compar
         ("height > 1.5", "no"),
         ("height[5] > 1.5", "unknown"),
         ("lost > 0", "unknown"),
+        ("nothing > 0", "unknown"),
     ],
 )
 def test_a_member_comes_out_as_its_quantity_says(text: str, outcome: str) -> None:
@@ -48,3 +50,17 @@ def test_what_did_not_run_to_its_end_comes_out_as_that() -> None:
 def test_what_is_no_criterion_is_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"is not understood; write status, or as momentum_drift > 0\.01"):
         Criterion.from_text(text)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        (("drift", 0, ">=", 1.0), "comparison = '>=' must be < or >"),
+        (("drift", -1, ">", 1.0), "wave = -1 must not be negative"),
+        (("drift",), "drift is compared with None; give a number"),
+        (("drift", 0, ">", math.nan), "drift is compared with nan"),
+    ],
+)
+def test_a_criterion_that_compares_nothing_is_refused(fields: tuple[Any, ...], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        Criterion(*fields)

@@ -17,6 +17,7 @@ from mol_compactons import (
     Midpoint,
     NearestNeighbours,
     Rosenbrock,
+    Simulation,
     Symplectic,
     run,
 )
@@ -174,3 +175,9 @@ def test_the_step_that_is_taken_gives_the_same_run() -> None:
 def test_bad_families_are_named(attempt: Callable[[], Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         attempt()
+
+
+@pytest.mark.parametrize("simulation", [single(), chain()])
+def test_what_is_complete_stays_as_it_is(simulation: Simulation) -> None:
+    complete = Family().completed(simulation)
+    assert complete.completed(simulation) == complete

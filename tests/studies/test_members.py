@@ -9,7 +9,8 @@ from mol_compactons import Compacton, IntegrationError, Simulation, first_collis
 from mol_compactons.configuration import encode
 from mol_compactons.results.schema import COMPLETE
 from mol_compactons.studies import members
-from mol_compactons.studies.members import FAILED, Task, carry_out
+from mol_compactons.studies.members import Task, carry_out
+from mol_compactons.studies.store import FAILED
 from tests.studies.sweeps import peak, small
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mol_compactons import InputError, open_sweep, refine
-from mol_compactons.studies.refining import MOST_VALUES, _divided, _with_parts
+from mol_compactons.studies.criterion import Criterion
+from mol_compactons.studies.engine import Here, Lost
+from mol_compactons.studies.refining import MOST_VALUES, UNFINISHED, _divided, _parts_of
 from mol_compactons.studies.store import rows_of
 from mol_compactons.studies.sweep import TABLE
 from tests.studies.sweeps import small
@@ -63,13 +66,21 @@ def test_it_divides_no_interval_whose_ends_come_out_alike(tmp_path: Path) -> Non
 def test_a_change_is_enclosed_as_closely_as_asked_wherever_it_is(place: float, parts: int, accuracy: float) -> None:
     tried, refined = [0.01, 100.0], {"accuracy": accuracy, "parts": parts}
     rounds = 0
-    while more := _with_parts(tried, ["yes" if value > place else "no" for value in tried], refined, whole=False):
-        assert set(tried) < set(more)
-        tried, rounds = more, rounds + 1
+    while more := _parts_of(tried, ["yes" if value > place else "no" for value in tried], refined):
+        assert not set(tried) & set(more)
+        tried, rounds = sorted([*tried, *more]), rounds + 1
     low, high = max(value for value in tried if value <= place), min(value for value in tried if value > place)
     assert high - low <= accuracy * high
     assert len(tried) == 2 + rounds * (parts - 1)
     assert rounds <= math.ceil(math.log(1e4, parts)) + math.ceil(math.log(2 / accuracy, parts)) + 2
+
+
+@given(st.sampled_from([[0.0, 1.0], [-3.0, 0.0], [-2.0, 5.0]]), st.booleans())
+def test_a_change_at_zero_is_enclosed_relative_to_the_range(ends: list[float], at_zero: bool) -> None:
+    tried, refined = ends, {"accuracy": 0.01, "parts": 2}
+    while more := _parts_of(tried, ["yes" if value > 0 or (at_zero and value == 0) else "no" for value in tried], refined):
+        tried = sorted([*tried, *more])
+    assert len(tried) < 40
 
 
 @given(st.integers(-50, 50), st.integers(1, 60), st.integers(2, 9))
@@ -79,17 +90,54 @@ def test_whole_numbers_are_divided_into_whole_numbers(low: int, apart: int, part
     assert bool(values) == (apart > 1) or apart < parts
 
 
-def test_it_ends_where_the_outcome_changes_everywhere() -> None:
-    tried, refined = [1.0, 2.0], {"accuracy": 1e-12, "parts": 100}
-    while more := _with_parts(tried, [str(index) for index in range(len(tried))], refined, whole=False):
-        tried = more
-    assert len(tried) <= MOST_VALUES
+def test_where_the_outcome_changes_everywhere_it_says_that_it_is_not_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mol_compactons.studies.refining.MOST_VALUES", 6)
+    monkeypatch.setattr(Criterion, "of", lambda self, row: row["name"])
+    table = refine(small(), "initial.0.speed", [0.5, 1.0], tmp_path / "r", tracked=False, accuracy=1e-6)
+    assert table.sizes["speed"] == 5
+    assert "ended at 5 values, before the accuracy was reached" in table.attrs[UNFINISHED]
+    assert MOST_VALUES == 1000
+
+
+def test_numbers_are_what_the_field_has_however_they_are_typed(tmp_path: Path) -> None:
+    asked = {"outcome": "peak > 1.2", "accuracy": 0.1, "quantities": {"peak": final_height}, "tracked": False}
+    table = refine(small(), "initial.0.speed", [2, 3], tmp_path / "s", outcome="mass_drift > 1", tracked=False)
+    assert table["speed"].dtype.kind == "f"
+    table = refine(small(150), "initial.0.speed", [0.5, 1], tmp_path / "f", **asked)  # type: ignore[arg-type]
+    assert table.sizes["speed"] > 3
+    table = refine(small(), "grid.size", np.array([60.0, 64.0]).tolist(), tmp_path / "i", tracked=False)
+    assert table["size"].dtype.kind == "i"
+
+
+class Losing(Here):
+    """An engine that loses the process of some members."""
+
+    def results(self, work: Any, tasks: Any, watch: Any = None) -> Any:
+        for number, task in enumerate(tasks):
+            yield number, (Lost("its process was killed") if task.changes["grid.size"] == 96 else work(task))
+
+
+def test_a_lost_member_has_no_outcome_and_runs_again(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="1 members have no outcome, the first because its process was killed; run the same"):
+        refine(small(), "grid.size", [60, 96], tmp_path / "r", engine=Losing(), tracked=False)
+    table = refine(small(), "grid.size", [60, 96], tmp_path / "r", tracked=False)
+    assert table["outcome"].values.tolist() == ["complete", "complete"]
+
+
+def test_a_quantity_that_nobody_has_leaves_a_folder_that_can_be_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"asks for momentm_drift, which no member has; they have .*momentum_drift"):
+        refine(small(), "grid.size", [60, 80], tmp_path / "r", outcome="momentm_drift > 1", tracked=False)
+    members = open_sweep(tmp_path / "r")
+    assert isinstance(members, xr.DataTree)
+    assert members.to_dataset()["outcome"].values.tolist() == ["unknown", "unknown"]
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"values": [1.0]}, "two numbers or more that grow, not with 1.0"),
+        ({"values": [1.0]}, "two numbers or more that grow, not with .1.0"),
         ({"values": [2.0, 1.0]}, "that grow"),
         ({"values": ["a", "b"]}, "that grow"),
         ({"values": [0.5, math.inf]}, "that grow"),
@@ -97,7 +145,8 @@ def test_it_ends_where_the_outcome_changes_everywhere() -> None:
         ({"parts": 1}, "parts = 1 must lie between 2 and 100"),
         ({"path": "nothing"}, "is not a field"),
         ({"outcome": "height > > 2"}, "is not understood; write status"),
-        ({"outcome": "no_such_quantity > 2"}, "which members do not have; they have"),
+        ({"path": "title"}, "title.* is no number, and cannot be refined"),
+        ({"path": "grid.size", "values": [60.5, 80]}, "grid.size.* has whole numbers"),
     ],
 )
 def test_bad_input_is_named(tmp_path: Path, arguments: dict[str, object], words: str) -> None:
