@@ -164,6 +164,28 @@ def _is_frozen(instance: Any) -> bool:
     return bool(parameters is not None and parameters.frozen)
 
 
+@functools.cache
+def _checked_fields(cls: Any) -> dict[str, tuple[Any, frozenset[type]]]:
+    """The hint of each field, and the types of values that stand as they are where they are in range."""
+    return {field: (hint, _plain_types(hint)) for field, hint in hints_of(cls).items()}
+
+
+def _plain_types(hint: Any) -> frozenset[type]:
+    """Of a hint all of whose alternatives are plain: those, less a number that another kind of number takes first."""
+    allowed = alternatives(hint)
+    if not set(allowed) <= {float, int, bool, str, type(None)}:
+        return frozenset()
+    first = next((one for one in allowed if one in (float, int)), None)
+    return frozenset(one for one in allowed if one not in (float, int) or one is first)
+
+
+def _is_in_range(value: Any) -> bool:
+    """Whether a plain value needs no closer look."""
+    if isinstance(value, float):
+        return abs(value) <= LARGEST_NUMBER
+    return not isinstance(value, int) or abs(value) < 2**63
+
+
 def _coerce(hint: Any, value: Any) -> Any:
     for alternative in alternatives(hint):
         try:
@@ -186,8 +208,10 @@ def check(instance: Any) -> None:
     """
     name = type(instance).__name__
     # Of `type(instance)` the type checker does not believe that it can be hashed.
-    for field, hint in hints_of(instance.__class__).items():
+    for field, (hint, plain) in _checked_fields(instance.__class__).items():
         value = getattr(instance, field)
+        if type(value) in plain and _is_in_range(value):
+            continue
         if not _is_storable(hint):
             raise InputError(
                 f"{name}.{field} has the type {hint}, which cannot be stored; use numbers, words, parts, tuple[float, ...] or "

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mol_compactons.course import Course, Observe, numbers_of, view_of
 from mol_compactons.errors import InputError, require, shown
 from mol_compactons.integrators.base import Report, no_report
+from mol_compactons.progress import TIME, showing_progress
 from mol_compactons.results import checkpoint
 from mol_compactons.results.places import check_target
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
@@ -42,6 +43,7 @@ def run(
     stop: Sequence[StopRule] = (),
     observe: Observe | None = None,
     report: Report = no_report,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Integrate a simulation and return its frames as a labelled Dataset.
 
@@ -68,6 +70,9 @@ def run(
         must not change.
     report : callable, optional
         Called now and then with the time reached.
+    progress : bool, optional
+        Whether to show how far it is; by default what the variable ``MOL_COMPACTONS_PROGRESS`` says, and without it only in a
+        notebook or an interactive interpreter, so that scripts are silent.
 
     Returns
     -------
@@ -96,20 +101,26 @@ def run(
     require(not resume or path is not None, "resume goes on from a file; give its path.")
     require(not (resume and overwrite), "A run either goes on from its file or replaces it; give resume or overwrite.")
     target = None if path is None else _place(Path(path), overwrite or resume)
-    if resume and target is not None and target.exists():
-        from mol_compactons.results.resuming import look_for_earlier
+    with showing_progress(simulation.t_end, TIME, progress) as show:
+        if resume and target is not None and target.exists():
+            from mol_compactons.results.resuming import look_for_earlier
 
-        earlier = look_for_earlier(target, simulation)
-        if earlier.is_enough:
-            if earlier.keeps_itself and not keep_checkpoints:  # a kill may have come before this
-                checkpoint.discard(target)
-            return earlier.dataset
-        course = _going_on(earlier, target, stop)
-    else:
-        course = _from_the_start(simulation, target, _recording(target, overwrite), stop)
-    course.show_to(observe)
-    with stopping_on_signals(report) as watch:
-        course.go(watch, keep_checkpoints)
+            earlier = look_for_earlier(target, simulation)
+            if earlier.is_enough:
+                if earlier.keeps_itself and not keep_checkpoints:  # a kill may have come before this
+                    checkpoint.discard(target)
+                return earlier.dataset
+            course = _going_on(earlier, target, stop)
+        else:
+            course = _from_the_start(simulation, target, _recording(target, overwrite), stop)
+        course.show_to(observe)
+
+        def say(t: float) -> None:
+            show(t)
+            report(t)
+
+        with stopping_on_signals(say) as watch:
+            course.go(watch, keep_checkpoints)
     return course.recorder.dataset()
 
 

@@ -16,7 +16,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("errors",),
     ("open_set",),
     ("configuration",),
-    ("assignment", "runtime"),
+    ("assignment", "runtime", "progress"),
     ("stencils", "grid", "expressions"),
     ("semidiscrete",),
     ("equations",),

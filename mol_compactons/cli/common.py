@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +10,6 @@ from mol_compactons.assignment import assign
 from mol_compactons.cli.scenarios import import_module, load
 from mol_compactons.cli.speaking import remark
 from mol_compactons.errors import LONGEST_SHOWN, InputError, shown
-from mol_compactons.integrators.base import Report, no_report
 from mol_compactons.results.places import written_whole
 from mol_compactons.simulation import Simulation
 
@@ -130,28 +127,3 @@ def cost(dataset: xr.Dataset) -> str:
     numbers = ", ".join(f"{attributes[f'solver_{count}']} {count}" for count in counts)
     warning = f"; first warning: {attributes['solver_first_warning']}" if attributes["solver_warnings"] else ""
     return f"cost {numbers}; {attributes['cpu_seconds']:.2f} s of CPU time{warning}"
-
-
-@contextlib.contextmanager
-def progress_bar(t_end: float, quiet: bool) -> Iterator[Report]:
-    """A progress bar in simulated time, with its rate and the time left; it appears with the first report.
-
-    A run goes on where it cannot be shown.
-    """
-    from tqdm import tqdm
-
-    layout = "{desc}{percentage:3.0f}%|{bar}| t = {n:.4g} / {total:.4g}, {rate_fmt}, {remaining} left"
-    bar = None
-
-    def report(t: float) -> None:
-        nonlocal bar
-        with contextlib.suppress(OSError, ValueError, AttributeError):
-            bar = bar or tqdm(total=t_end, unit="t", bar_format=layout, leave=False, dynamic_ncols=True)
-            bar.update(t - bar.n)
-
-    try:
-        yield no_report if quiet else report
-    finally:
-        if bar:
-            with contextlib.suppress(OSError, ValueError, AttributeError):
-                bar.close()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,25 +46,15 @@ def _animate(options: argparse.Namespace) -> None:
         with reading(name), open_result(Path(name)) as dataset:
             check_form(dataset, name)
             datasets.append(dataset.load())
-    with _bar(options.quiet) as watch:
-        count = animate(
-            datasets,
-            path,
-            together=options.together,
-            speed=options.speed,
-            rate=options.rate,
-            most_frames=options.most_frames,
-            overwrite=options.overwrite,
-            watch=watch,
-        )
+    count = animate(
+        datasets,
+        path,
+        together=options.together,
+        speed=options.speed,
+        rate=options.rate,
+        most_frames=options.most_frames,
+        overwrite=options.overwrite,
+        progress=not options.quiet,
+    )
     if not options.quiet:
         remark(f"wrote {path}: {count} pictures, {count / options.rate:.3g} s")
-
-
-@contextmanager
-def _bar(quiet: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar over the share of a film that is done."""
-    from tqdm import tqdm
-
-    with tqdm(total=100, disable=quiet, leave=False, dynamic_ncols=True, bar_format="{l_bar}{bar}| {remaining}") as bar:
-        yield lambda share: bar.update(round(100 * share) - bar.n) and None

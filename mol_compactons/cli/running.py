@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mol_compactons.assignment import assign
-from mol_compactons.cli.common import add_scenario, contents, cost, kept, progress_bar, simulation_of
+from mol_compactons.cli.common import add_scenario, contents, cost, kept, simulation_of
 from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import remark
 from mol_compactons.configuration import Settings
@@ -62,16 +62,15 @@ def _run(options: argparse.Namespace) -> None:
     rules = _rules(options.stop)
     before = _when_changed(path)
     try:
-        with progress_bar(simulation.t_end, options.quiet) as report:
-            dataset = run(
-                simulation,
-                path,
-                overwrite=options.overwrite,
-                resume=options.resume,
-                keep_checkpoints=options.keep_checkpoints,
-                stop=rules,
-                report=report,
-            )
+        dataset = run(
+            simulation,
+            path,
+            overwrite=options.overwrite,
+            resume=options.resume,
+            keep_checkpoints=options.keep_checkpoints,
+            stop=rules,
+            progress=not options.quiet,
+        )
         with dataset:
             if not options.quiet:
                 done = "wrote" if _when_changed(path) != before else "nothing is left to do for"

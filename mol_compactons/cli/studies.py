@@ -14,6 +14,7 @@ from mol_compactons.cli.common import add_scenario, add_workers, assignments, en
 from mol_compactons.cli.machine import add_json, records, tell_json
 from mol_compactons.cli.speaking import remark, tell
 from mol_compactons.errors import InputError, IntegrationError
+from mol_compactons.progress import beside_bars
 from mol_compactons.results.opening import open_study, write_tree
 from mol_compactons.results.places import beside, check_target
 from mol_compactons.studies.convergence import converge, plan_of_study
@@ -78,8 +79,9 @@ def _converge(options: argparse.Namespace) -> None:
     members = beside(path, "members")
     forget_another(members, plan_of_study(simulation, family))
     try:
-        notice = (lambda line: None) if options.quiet or options.json else remark
-        tree = converge(simulation, family, notice, engine=engine_of(options), folder=members)
+        silent = options.quiet or options.json
+        notice = (lambda line: None) if silent else _remark_beside_bars
+        tree = converge(simulation, family, notice, engine=engine_of(options), folder=members, progress=not silent)
     except KeyboardInterrupt as interrupt:
         interrupt.kept = what_is_kept(members)  # type: ignore[attr-defined]
         raise
@@ -98,6 +100,11 @@ def _converge(options: argparse.Namespace) -> None:
         say()
         save(convergence_overview(tree), path, say=not options.json)
     shutil.rmtree(members, ignore_errors=True)
+
+
+def _remark_beside_bars(line: str) -> None:
+    with beside_bars():
+        remark(line)
 
 
 def as_json(tree: xr.DataTree) -> dict[str, Any]:

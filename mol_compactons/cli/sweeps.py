@@ -6,7 +6,6 @@ import argparse
 import ast
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +21,7 @@ from mol_compactons.simulation import Simulation
 from mol_compactons.studies.plan import Axis, Plan, drawn
 from mol_compactons.studies.refining import UNFINISHED, refine
 from mol_compactons.studies.store import FAILED, PLAN, plan_of, rows_of, what_is_kept
-from mol_compactons.studies.sweep import TABLE, Progress, Tell, sweep, tell_nobody
+from mol_compactons.studies.sweep import TABLE, sweep
 from mol_compactons.studies.table import MISSING, laid_out, table
 
 if TYPE_CHECKING:
@@ -93,8 +92,9 @@ def _sweep(options: argparse.Namespace) -> int:
     run_members = _refinement(options) if options.refine else _variation(options)
     folder = Path(options.output or f"{Path(options.scenario).stem}_sweep")
     try:
-        with progress_over_members(options.quiet) as tell_progress:
-            result = run_members(folder=folder, engine=engine_of(options), tracked=not options.untracked, tell=tell_progress)
+        result = run_members(
+            folder=folder, engine=engine_of(options), tracked=not options.untracked, progress=not options.quiet
+        )
     except KeyboardInterrupt as interrupt:
         interrupt.kept = what_is_kept(folder)  # type: ignore[attr-defined]
         raise
@@ -177,33 +177,6 @@ def _range(path: str, text: str) -> tuple[float, float]:
     except ValueError:
         raise InputError(f"{shown(path)} is to be drawn from {shown(text)}; write two numbers, {path}=LOW,HIGH.") from None
     return low, high
-
-
-@contextmanager
-def progress_over_members(quiet: bool) -> Iterator[Tell]:
-    """A progress bar over members, with the time left; a study goes on where it cannot be shown."""
-    if quiet:
-        yield tell_nobody
-        return
-    from tqdm import tqdm
-
-    bar = None
-
-    def show(progress: Progress) -> None:
-        nonlocal bar
-        try:
-            bar = bar or tqdm(total=progress.total, initial=progress.done, unit="member", leave=False, dynamic_ncols=True)
-            bar.total = progress.total
-            bar.set_postfix_str(f"{progress.failed} failed" if progress.failed else "", refresh=False)
-            bar.update(progress.done - bar.n)
-        except (OSError, ValueError, AttributeError):
-            return
-
-    try:
-        yield show
-    finally:
-        if bar is not None:
-            bar.close()
 
 
 def summary(result: xr.Dataset) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from mol_compactons.analysis.chain_and_continuum import on_lattice
 from mol_compactons.errors import InputError, require
 from mol_compactons.figures.results import profiles, shown
 from mol_compactons.figures.style import DASHES, LINE
+from mol_compactons.progress import PICTURES, Show, show_nobody, showing_progress
 from mol_compactons.results.places import check_target, written_whole
 from mol_compactons.results.reading import field_names, space_of
 
@@ -127,7 +128,7 @@ def animate(
     rate: float = 25.0,
     most_frames: int = MOST_FRAMES,
     overwrite: bool = False,
-    watch: Callable[[float], None] = lambda share: None,
+    progress: bool | None = None,
 ) -> int:
     """Make a film of results.
 
@@ -149,8 +150,8 @@ def animate(
         How many pictures at most; of more frames some are left out.
     overwrite : bool
         Whether a file that exists may be replaced.
-    watch : callable, optional
-        Called with the share that is done.
+    progress : bool, optional
+        Whether to show how many pictures are drawn, as for `mol_compactons.run`.
 
     Returns
     -------
@@ -173,8 +174,8 @@ def animate(
     films = courses(datasets, labels)
     times = _times(films, most_frames)
     write = _write_mp4 if path.suffix.lower() == ".mp4" else _write_by_pillow
-    with written_whole(path) as part:
-        write(part, _pictures(films, times, together, speed, watch), rate)
+    with written_whole(path) as part, showing_progress(times.size, PICTURES, progress) as show:
+        write(part, _pictures(films, times, together, speed, show), rate)
     return times.size
 
 
@@ -186,7 +187,7 @@ def _times(films: Sequence[Course], most_frames: int) -> Array:
 
 
 def _pictures(
-    films: Sequence[Course], times: Array, together: bool, speed: float, watch: Callable[[float], None]
+    films: Sequence[Course], times: Array, together: bool, speed: float, show: Show = show_nobody
 ) -> Iterator[Picture]:
     """The pictures, one after the other: what does not move is drawn once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -225,7 +226,7 @@ def _pictures(
         clock.set_text(f"t = {t:.{digits}f}")
         panels[0].draw_artist(clock)
         yield np.asarray(canvas.buffer_rgba()).copy()
-        watch((number + 1) / times.size)
+        show(number + 1)
 
 
 def _across(one: Course, speed: float) -> str:

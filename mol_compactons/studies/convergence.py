@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 from mol_compactons.analysis.tracking import track
 from mol_compactons.configuration import decode, encode
 from mol_compactons.errors import InputError, IntegrationError, require
+from mol_compactons.progress import MEMBERS, Show, showing_progress
 from mol_compactons.results.opening import write_tree
 from mol_compactons.results.reading import conserved_names, field_names
 from mol_compactons.results.schema import COMPLETE, attributes
@@ -42,6 +43,7 @@ def converge(
     *,
     engine: Engine | None = None,
     folder: str | Path | None = None,
+    progress: bool | None = None,
 ) -> xr.DataTree:
     """Run a family of a simulation, and judge what of its result is converged.
 
@@ -57,6 +59,8 @@ def converge(
         Where members run; by default in this process. The numbers are the same everywhere, bit for bit.
     folder : str or Path, optional
         Where members are kept that have run: the same call again does only what is missing or has failed.
+    progress : bool, optional
+        Whether to show how many members have ended, as for `mol_compactons.run`.
 
     Returns
     -------
@@ -89,8 +93,10 @@ def converge(
         store = Store(Path(folder), plan_of_study(simulation, family)) if folder is not None else None
         if store:
             stack.callback(store.close)
+        show = stack.enter_context(showing_progress(len(members), MEMBERS, progress))
         report = stack.enter_context(stopping_on_signals(lambda t: None))
-        ended = _run_all([_task(member, store) for member in members], engine or Here(), lambda: report(0.0), store, notice)
+        tasks = [_task(member, store) for member in members]
+        ended = _run_all(tasks, engine or Here(), lambda: report(0.0), store, notice, show)
     results = [one.result for one in ended if one.result is not None]
     failed = [f"{one.label}: {one.reason}" for one in ended if one.result is None]
     if not results:
@@ -168,18 +174,22 @@ def _task(member: Member, store: Store | None) -> Task:
     return Task(name, tree, place, modules.modules_of(tree), str(store.path_of(name).resolve()) if store else "")
 
 
-def _run_all(tasks: Sequence[Task], engine: Engine, watch: Watch, store: Store | None, notice: Notice) -> list[Ended]:
+def _run_all(
+    tasks: Sequence[Task], engine: Engine, watch: Watch, store: Store | None, notice: Notice, show: Show
+) -> list[Ended]:
     """What became of each member, in their order; those that are kept do not run again."""
     ended = {number: kept for number, task in enumerate(tasks) if (kept := _kept(task)) is not None}
     missing = [number for number in range(len(tasks)) if number not in ended]
     if engine.longest_first:
         missing.sort(key=lambda number: tasks[number].length, reverse=True)
+    show(len(ended))
     if ended:
         notice(f"{len(ended)}/{len(tasks)} have run before")
     for index, made in engine.results(carry_out, [tasks[number] for number in missing], watch):
         number, label = missing[index], tasks[missing[index]].place["label"]
         one = Ended(label, None, str(made)) if isinstance(made, Lost) else made
         ended[number] = one
+        show(len(ended))
         if store:
             status = COMPLETE if one.result is not None else FAILED
             store.add({"name": tasks[number].name, "label": label, "status": status, "reason": one.reason})
@@ -205,7 +215,7 @@ def carry_out(task: Task) -> Ended:
     started, result, reason = time.monotonic(), None, ""
     try:
         modules.load(task.modules)
-        result = _result(task, run(cast(Simulation, decode(Simulation, task.tree))))
+        result = _result(task, run(cast(Simulation, decode(Simulation, task.tree)), progress=False))
     except (IntegrationError, InputError) as error:
         reason = str(error)
     if result is not None and task.path:

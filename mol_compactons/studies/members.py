@@ -91,7 +91,7 @@ def carry_out(task: Task) -> Row:
     path = Path(task.path)
 
     def result() -> Row:
-        with run(simulation_of(task), path, resume=True) as dataset:
+        with run(simulation_of(task), path, resume=True, progress=False) as dataset:
             return _measured(dataset, task)
 
     started = time.monotonic()

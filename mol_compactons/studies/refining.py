@@ -23,7 +23,7 @@ from mol_compactons.studies.engine import Engine, Here
 from mol_compactons.studies.members import Quantity
 from mol_compactons.studies.plan import product
 from mol_compactons.studies.store import LOST, Row, Store
-from mol_compactons.studies.sweep import TABLE, Tell, attributes_of, run_missing, tasks_of, tell_nobody
+from mol_compactons.studies.sweep import TABLE, Tell, attributes_of, run_missing, tasks_of, tell_nobody, telling
 from mol_compactons.studies.table import REFINED, laid_out, table
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def refine(
     tracked: bool = True,
     importing: Importer = import_nothing,
     tell: Tell = tell_nobody,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Find where, between values of a field, the outcome of a simulation changes.
 
@@ -78,7 +79,7 @@ def refine(
         it, relative to the range of the values.
     parts : int
         Into how many parts an interval is divided at once; more keep more processes busy, and need more members.
-    engine, quantities, tracked, tell
+    engine, quantities, tracked, tell, progress
         As for `sweep`.
     importing : callable, optional
         As for `Plan`.
@@ -110,13 +111,13 @@ def refine(
     }
     store = Store(Path(folder), described)
     try:
-        with stopping_on_signals(lambda t: None) as report:
+        with telling(tell, progress) as told, stopping_on_signals(lambda t: None) as report:
             more, full = tried, False
             while more and not full:
                 tried = sorted({*tried, *more})
                 plan = product(simulation, {path: tried}, importing)
                 tasks = tasks_of(plan, store, own, tracked)
-                run_missing(store, tasks, engine or Here(), lambda: report(0.0), tell, failed_too=False)
+                run_missing(store, tasks, engine or Here(), lambda: report(0.0), told, failed_too=False)
                 rows = store.rows()
                 _check_rows([rows[task.name] for task in tasks], asked)
                 more = _parts_of(tried, [asked.of(rows[task.name]) for task in tasks], refined)

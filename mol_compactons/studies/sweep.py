@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mol_compactons.errors import require
+from mol_compactons.progress import MEMBERS as MEMBERS_DONE
+from mol_compactons.progress import showing_progress
 from mol_compactons.results.opening import write_tree
 from mol_compactons.results.schema import COMPLETE, attributes
 from mol_compactons.runtime.signals import stopping_on_signals
@@ -58,6 +61,18 @@ def tell_nobody(progress: Progress) -> None:
     """The `Tell` of a study that nobody watches."""
 
 
+@contextmanager
+def telling(tell: Tell, wanted: bool | None) -> Iterator[Tell]:
+    """A `Tell` that shows the progress besides, if that is wanted."""
+    with showing_progress(0, MEMBERS_DONE, wanted) as show:
+
+        def both(progress: Progress) -> None:
+            show(progress.done, progress.total, f"{progress.failed} failed" if progress.failed else "")
+            tell(progress)
+
+        yield both
+
+
 def sweep(
     simulation: Simulation | Plan,
     varied: Mapping[str, Sequence[Any]] | None = None,
@@ -68,6 +83,7 @@ def sweep(
     tracked: bool = True,
     per_file: int | None = None,
     tell: Tell = tell_nobody,
+    progress: bool | None = None,
 ) -> xr.Dataset:
     """Run a simulation with some of its fields varied, and return the table of what came out.
 
@@ -93,6 +109,8 @@ def sweep(
         What shares a file is lost together where its process is killed, and runs again from its beginning.
     tell : callable, optional
         Called with the progress when a member has ended.
+    progress : bool, optional
+        Whether to show how many members have ended, as for `mol_compactons.run`.
 
     Returns
     -------
@@ -111,10 +129,10 @@ def sweep(
     described = {**plan.described(), "quantities": sorted(own), "tracked": tracked}
     store = Store(Path(folder), described)
     try:
-        with stopping_on_signals(lambda t: None) as report:
+        with telling(tell, progress) as told, stopping_on_signals(lambda t: None) as report:
             tasks = tasks_of(plan, store, own, tracked)
             per_file = per_file or (PER_FILE if len(tasks) > MANY else 1)
-            run_missing(store, tasks, engine or Here(), lambda: report(0.0), tell, per_file)
+            run_missing(store, tasks, engine or Here(), lambda: report(0.0), told, per_file)
     finally:
         rows = store.rows()
         store.close()

@@ -1,15 +1,8 @@
 from __future__ import annotations
 
 import argparse
-import fcntl
-import os
-import struct
-import sys
-import termios
-import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given
@@ -107,32 +100,3 @@ def test_a_picture_is_written_and_said(capsys: pytest.CaptureFixture[str]) -> No
     assert Path("empty.PNG").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError, match=r"empty\.xyz has no picture format; end its name in .*pdf.*png"):
         common.save(Figure(), Path("empty.xyz"))
-
-
-def test_the_progress_bar_reaches_the_end_and_goes(capfd: pytest.CaptureFixture[str]) -> None:
-    with common.progress_bar(4.0, quiet=False) as report:
-        for t in np.linspace(0, 4, 5):
-            report(float(t))
-        shown = capfd.readouterr().err
-    assert "t = 0 / 4" in shown
-    with common.progress_bar(4.0, quiet=True) as report:
-        report(2.0)
-    with common.progress_bar(4.0, quiet=False):
-        pass
-    assert "%" not in capfd.readouterr().err
-
-
-def test_the_progress_bar_is_as_wide_as_the_terminal_even_if_that_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    keyboard, screen = os.openpty()
-    widths = []
-    with os.fdopen(screen, "w") as terminal:
-        monkeypatch.setattr(sys, "stderr", terminal)
-        with common.progress_bar(4.0, quiet=False) as report:
-            for t, columns in enumerate((60, 100, 80)):
-                fcntl.ioctl(screen, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
-                report(float(t))
-                terminal.flush()
-                widths.append(len(os.read(keyboard, 10_000).decode().rpartition("\r")[2].rstrip()))
-                time.sleep(0.12)
-    os.close(keyboard)
-    assert np.diff(widths).tolist() == [40, -20]

@@ -9,6 +9,7 @@ from mol_compactons import Simulation
 from mol_compactons.analysis.drift import drift
 from mol_compactons.cli.parser import main
 from tests.cli.conftest import QUICK, ROOT
+from tests.screen import terminal
 
 
 def test_a_run_says_what_it_wrote_what_it_kept_and_what_it_cost(capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,9 +58,12 @@ def test_quiet_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     assert Path("single_compacton.nc").exists()
 
 
-def test_the_progress_bar_shows_simulated_time(capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["run", "single_compacton", *QUICK]) == 0
-    assert "t = 0 / 0.5" in capfd.readouterr().err
+def test_a_terminal_gets_a_bar_in_simulated_time_and_a_log_none_for_so_short_a_run(capfd: pytest.CaptureFixture[str]) -> None:
+    with terminal() as screen:
+        assert main(["run", "single_compacton", *QUICK]) == 0
+        assert "t = 0 / 0.5" in screen()
+    assert main(["run", "single_compacton", "--overwrite", *QUICK]) == 0
+    assert capfd.readouterr().err == ""
 
 
 def test_an_existing_result_is_replaced_only_when_asked(capsys: pytest.CaptureFixture[str]) -> None:

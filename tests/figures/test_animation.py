@@ -80,7 +80,7 @@ def test_a_film_decoded_again_is_what_was_drawn(pair: xr.Dataset, ending: str, t
         pytest.importorskip("imageio_ffmpeg")
     assert animate([pair], path) == 24
     times = np.linspace(0, 5, 24)
-    drawn = [picture[..., :3] for picture in _pictures(courses([pair]), times, False, 0.0, lambda share: None)]
+    drawn = [picture[..., :3] for picture in _pictures(courses([pair]), times, False, 0.0)]
     decoded = by_ffmpeg(path, drawn[0].shape) if ending == "mp4" else by_pillow(path)
     assert len(decoded) == 24
     for seen, made in zip(decoded, drawn, strict=True):
@@ -93,7 +93,7 @@ def test_a_film_decoded_again_is_what_was_drawn(pair: xr.Dataset, ending: str, t
 
 def test_seen_from_the_wave_it_stands_still(pair: xr.Dataset) -> None:
     times = np.linspace(0, 5, 24)
-    places = [crest(picture) for picture in _pictures(courses([pair]), times, False, 1.0, lambda share: None)]
+    places = [crest(picture) for picture in _pictures(courses([pair]), times, False, 1.0)]
     assert np.ptp(places) < 0.02
     (one,) = courses([pair])
     np.testing.assert_array_equal(one.at(5.0, 0.0), pair.W.values[-1])
