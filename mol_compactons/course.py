@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,6 +30,8 @@ CHECKPOINT_SECONDS = 10.0
 
 ALIVE_SECONDS = 5.0
 """How often a run shows in its file that it goes on."""
+
+logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
@@ -129,6 +132,8 @@ class Course:
         try:
             if self._begins:
                 self._show(0.0, np.asarray(self._latest["state"]))
+            if logger.isEnabledFor(logging.INFO):
+                logger.info("%s: from t = %.6g on: %s", self._place, self._t, self._simulation.headline)
             report(self._t)
             watching = self._watching(report)
             for t in self._times[self._recorded :]:
@@ -151,6 +156,7 @@ class Course:
             raise
         finally:
             failure = self._close(status, report, failure, keep_checkpoints)
+            self._log_the_end(str(failure or status or self._interrupted), status == COMPLETE and not failure)
         if failure:
             with contextlib.suppress(InputError):
                 failure.dataset = self.recorder.dataset()
@@ -182,6 +188,7 @@ class Course:
             with contextlib.suppress(InputError):
                 checkpoint.save(self._path, self._checkpoints, self._checkpoint())
                 self._checkpoints += 1
+                logger.debug("%s: checkpoint at t = %.6g", self._path, t)
         self._saved = time.monotonic()
 
     def _checkpoint(self) -> Checkpoint:
@@ -198,6 +205,19 @@ class Course:
         )
 
     @property
+    def _interrupted(self) -> str:
+        return f"interrupted at t = {self._t:.6g}"
+
+    def _log_the_end(self, told: str, well: bool) -> None:
+        level, steps = logging.INFO if well else logging.WARNING, self._integration.counters.steps
+        logger.log(level, "%s: %s, %d steps, %.2f s", self._place, told, steps, self._seconds)
+
+    @property
+    def _place(self) -> str:
+        """Where the frames go, for a log."""
+        return "in memory" if self._path is None else str(self._path)
+
+    @property
     def _seconds(self) -> float:
         return self._seconds_before + time.process_time() - self._started
 
@@ -208,7 +228,7 @@ class Course:
         done = status == COMPLETE
         if isinstance(self._integration, CanBeClosed):
             self._integration.close()
-        attributes = cost_attributes(status or f"interrupted at t = {self._t:.6g}", self._integration.counters, self._seconds)
+        attributes = cost_attributes(status or self._interrupted, self._integration.counters, self._seconds)
         # After a failure the integrator may stand in the middle of a step, which nothing can go on from.
         memory = self._checkpoint().to_bytes() if self._path is not None and not failure else b""
         try:

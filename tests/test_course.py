@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mol_compactons import InputError, IntegrationError, Rosenbrock, run
+from mol_compactons import IDA, InputError, IntegrationError, Rosenbrock, run
 from mol_compactons.course import Course, numbers_of, view_of
 from mol_compactons.results.recorder import MemoryRecorder
 from mol_compactons.results.schema import COMPLETE, layout_of
@@ -83,3 +83,25 @@ def test_others_may_look_and_not_touch(tmp_path: Path) -> None:
     assert numbers_of({"mass": np.float64(1)}) == {"mass": 1.0}
     with pytest.raises(InputError, match="mass is an array of shape"):
         numbers_of({"mass": np.zeros(2)})  # type: ignore[dict-item]
+
+
+def test_the_log_tells_of_beginnings_checkpoints_and_ends(
+    caplog: pytest.LogCaptureFixture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mol_compactons.course.CHECKPOINT_SECONDS", 0.0)
+    simulation = one_compacton(t_end=0.3, frames=4, integrator=Rosenbrock())
+    with caplog.at_level("DEBUG", "mol_compactons"):
+        run(simulation, tmp_path / "a.nc").close()
+        with pytest.raises(IntegrationError):
+            run(one_compacton(t_end=2, frames=21, integrator=IDA(max_steps=10)))
+    told = [(record.levelname, record.getMessage().replace(str(tmp_path), "HERE")) for record in caplog.records]
+    assert told[0] == ("INFO", f"HERE/a.nc: from t = 0 on: {simulation.headline}")
+    assert any(level == "DEBUG" and "a.nc: checkpoint at t = 0." in line for level, line in told)
+    assert any(level == "INFO" and line.startswith("HERE/a.nc: complete, ") for level, line in told)
+    assert any(level == "WARNING" and line.startswith("in memory: ") and "max_steps" in line for level, line in told)
+
+
+def test_nothing_is_logged_where_nobody_asks(capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(IntegrationError):
+        run(one_compacton(t_end=2, frames=21, integrator=IDA(max_steps=10)))
+    assert capfd.readouterr().err == ""

@@ -16,7 +16,7 @@ from mol_compactons.cli.films import add_animate
 from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_track
 from mol_compactons.cli.orbits import add_orbit
 from mol_compactons.cli.running import add_run
-from mol_compactons.cli.speaking import ListenerLostError, complain, remark, tell
+from mol_compactons.cli.speaking import ListenerLostError, complain, logging_to_stderr, remark, tell
 from mol_compactons.cli.starting import add_new, add_scenarios
 from mol_compactons.cli.studies import add_converge, add_stability
 from mol_compactons.cli.sweeps import add_sweep
@@ -55,6 +55,7 @@ def parser() -> Parser:
     shtab.add_argument_to(
         main, "--print-completion", help="print the completion for a shell, to be put where that looks for it"
     )
+    main.add_argument("-v", "--verbose", action="count", default=0, help="tell what goes on; -vv tells of checkpoints too")
     commands: Any = main.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for add in (
         add_run,
@@ -82,7 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         options = parser().parse_args(typed() if arguments is None else arguments)
-        with nullcontext() if getattr(options, "quiet", False) else announcing_compilation(_say_that_it_compiles):
+        silent = getattr(options, "quiet", False)
+        with nullcontext() if silent else announcing_compilation(_say_that_it_compiles), logging_to_stderr(options.verbose):
             return options.handle(options) or 0
     except ListenerLostError:
         return 128 + BROKEN_PIPE

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import sys
+from collections.abc import Iterator
 from typing import TextIO
 
 from mol_compactons.errors import InputError
+from mol_compactons.progress import beside_bars
 
 LONGEST_SENTENCE = 400
 """A complaint is cut in its middle to this length."""
@@ -54,6 +57,34 @@ def complain(sentence: str) -> None:
             sentence = f"{sentence[:half]} ... {sentence[-half:]}"
         with contextlib.suppress(OSError, ValueError):
             _write(sys.stderr, [f"mol-compactons: {sentence}"])
+
+
+@contextlib.contextmanager
+def logging_to_stderr(verbosity: int) -> Iterator[None]:
+    """Show what the package logs on standard error: nothing for 0, what begins and ends for 1, checkpoints too for 2."""
+    if not verbosity:
+        yield
+        return
+    package, handler = logging.getLogger("mol_compactons"), _Handler()
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    before = package.level
+    package.setLevel(logging.INFO if verbosity == 1 else logging.DEBUG)
+    package.addHandler(handler)
+    try:
+        yield
+    finally:
+        package.removeHandler(handler)
+        package.setLevel(before)
+
+
+class _Handler(logging.Handler):
+    """Writes to standard error, if somebody listens there."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write one line."""
+        if sys.stderr is not None:
+            with contextlib.suppress(OSError, ValueError), beside_bars():
+                _write(sys.stderr, [" ".join(self.format(record).splitlines())])
 
 
 def _write(stream: TextIO, lines: tuple[str, ...] | list[str]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
 import time
@@ -14,6 +15,8 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
 from mol_compactons.errors import InputError, require, shown
+
+logger = logging.getLogger(__name__)
 
 Task = TypeVar("Task")
 Made = TypeVar("Made")
@@ -137,6 +140,7 @@ class Processes(Engine):
                     try:
                         yield number, future.result()
                     except ProcessExpired:
+                        logger.warning("a process was killed %d times at %s", attempts[number], tasks[number])
                         if attempts[number] < MOST_ATTEMPTS:
                             waiting.append(number)
                         else:

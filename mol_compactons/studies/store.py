@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import os
 import shutil
 from collections.abc import Iterator, Mapping
@@ -19,6 +20,8 @@ PLAN, ROWS, LOCK, MEMBERS = "plan.json", "rows.jsonl", ".lock", "members"
 
 FORMAT = 1
 """The form of a study's folder; a program that does not know it says so."""
+
+logger = logging.getLogger(__name__)
 
 Row = dict[str, Any]
 """What a member came to, JSON-ready: its ``name``, ``status``, ``reason``, ``seconds`` and ``quantities``."""
@@ -85,6 +88,9 @@ class Store:
 
     def add(self, *rows: Row) -> None:
         """Take note of what members came to, safe on disk; raises `InputError` where that fails."""
+        for row in rows:
+            level = logging.WARNING if row["status"] == FAILED else logging.INFO
+            logger.log(level, "%s: %s: %s", self.folder, row.get("label", row["name"]), row.get("reason") or row["status"])
         with _in(self.folder):
             self._rows.write(b"".join(json.dumps(row).encode() + b"\n" for row in rows))
             self._rows.flush()

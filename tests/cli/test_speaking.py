@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mol_compactons.cli import speaking
+from mol_compactons.cli.parser import main
 from mol_compactons.cli.speaking import LONGEST_SENTENCE, ListenerLostError, complain, printable, remark, tell
 from mol_compactons.errors import InputError
 from tests.cli.conftest import QUICK
@@ -113,3 +115,15 @@ def test_other_locales_and_names(tmp_path: Path) -> None:
     done = subprocess.run([*COMMAND, "run", "single_compacton", "-o", b"\xff.nc"], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "cannot be the name of a file" in done.stderr
+
+
+def test_verbose_tells_on_standard_error_and_leaves_the_logger_as_it_was(capsys: pytest.CaptureFixture[str]) -> None:
+    package = logging.getLogger("mol_compactons")
+    before = package.level, list(package.handlers)
+    assert main(["-v", "run", "single_compacton", *QUICK]) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(maxsplit=3)[2] for line in told] == ["INFO", "INFO"]
+    assert "single_compacton.nc: complete" in told[1]
+    assert main(["-vv", "run", "single_compacton", "--overwrite", *QUICK]) == 0
+    assert "DEBUG single_compacton.nc: checkpoint at t = 0.5" in capsys.readouterr().err.replace(f"{Path.cwd()}/", "")
+    assert (package.level, package.handlers) == before
