@@ -20,6 +20,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from mol_compactons.errors import LONGEST_SHOWN, InputError, shown
+from mol_compactons.notebook import html_of_settings, short_repr
 from mol_compactons.open_set import find, loaded, name_of
 
 LARGEST_NUMBER = 1e100
@@ -32,8 +33,18 @@ class Settings(ABC):  # noqa: B024 (each kind of part has abstract methods of it
     A subclass with a check of its own calls ``super().__post_init__()`` first.
     """
 
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Its repr is short; that of a dataclass would list every number."""
+        super().__init_subclass__(**options)
+        if "__repr__" not in vars(cls):
+            cls.__repr__ = short_repr  # type: ignore[method-assign]
+
     def __post_init__(self) -> None:
         check(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return html_of_settings(self)
 
     @classmethod
     def from_earlier(cls, fields: dict[str, Any]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from mol_compactons.errors import InputError, require, within_numbers
 from mol_compactons.grid import Grid, Lattice
 from mol_compactons.integrators.base import Integrator
 from mol_compactons.integrators.sundials import IDA
+from mol_compactons.notebook import html_of_settings
 from mol_compactons.schemes.base import Scheme, best_scheme
 from mol_compactons.semidiscrete import SemiDiscretization
 from mol_compactons.stencils import difference, stencils_of
@@ -188,6 +189,10 @@ class Simulation(Settings):
         state = self.initial_state()
         of_height = self.equation.compacton_speed(float(np.abs(state[0]).max()))
         return of_height or speed_of(self.equation, self.grid, state)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return html_of_settings(self, self.headline)
 
     def discretize(self) -> SemiDiscretization:
         """The system of ordinary differential equations."""

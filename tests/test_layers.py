@@ -14,7 +14,7 @@ PACKAGE = "mol_compactons"
 
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("errors",),
-    ("open_set",),
+    ("open_set", "notebook"),
     ("configuration",),
     ("assignment", "runtime", "progress"),
     ("stencils", "grid", "expressions"),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from mol_compactons.notebook import html_of_tables
 from mol_compactons.results.schema import COMPLETE
 from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED
 
@@ -11,10 +13,47 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def report(tree: xr.DataTree) -> list[str]:
+class Report(list[str]):
+    """What a study says, a line each; printed as lines, and in a notebook as tables.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        The lines.
+    tree : xarray.DataTree
+        The study.
+    """
+
+    def __init__(self, lines: Sequence[str], tree: xr.DataTree) -> None:
+        super().__init__(lines)
+        self._tree = tree
+
+    def __str__(self) -> str:
+        return "\n".join(self)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: for each limit the values, their errors, and the verdicts with their reasons."""
+        summary = self._tree["summary"].to_dataset()
+        headings = ["quantity", "value", "error", "error / scale", "rate", "verdict", "reason"]
+        tables = [
+            (headline(summary, str(limit)), headings, [_cells(summary.sel(limit=limit, quantity=name)) for name in names])
+            for names in [summary["quantity"].values]
+            for limit in summary["limit"].values
+        ]
+        after = [*differences_of_limits(summary), *_side_by_side(self._tree), *_failures(self._tree)]
+        return html_of_tables(tables, after)
+
+
+def _cells(row: xr.Dataset) -> list[str]:
+    value, error, scale, rate = (float(row[name]) for name in ("value", "error", "scale", "rate"))
+    numbers = [f"{value:.6g}", f"{error:.1e}", f"{error / scale:.1e}", f"{rate:.2f}"]
+    return [str(row["quantity"].item()), *numbers, str(row["verdict"].item()), str(row["reason"].item())]
+
+
+def report(tree: xr.DataTree) -> Report:
     """What a study says, a line each: a table for each limit, where the limits differ, and the members that failed."""
     summary = tree["summary"].to_dataset()
-    lines = []
+    lines: list[str] = []
     # A study stored before the budget had a part does not know it.
     known = [part for part in BUDGET if part in summary]
     titles = " + ".join(f"{part:>9}" for part in known)
@@ -30,9 +69,15 @@ def report(tree: xr.DataTree) -> list[str]:
                 f"{float(row['error'] / row['scale']):.1e} {row['verdict'].item()}: {row['reason'].item()}"
             )
     lines += differences_of_limits(summary)
-    lines += side_by_side(tree["schemes"].to_dataset()) if "schemes" in tree.children else []
-    failed = str(tree.attrs["failed"])
-    return lines + [f"failed and not counted: {line}" for line in failed.splitlines()]
+    return Report([*lines, *_side_by_side(tree), *_failures(tree)], tree)
+
+
+def _side_by_side(tree: xr.DataTree) -> list[str]:
+    return side_by_side(tree["schemes"].to_dataset()) if "schemes" in tree.children else []
+
+
+def _failures(tree: xr.DataTree) -> list[str]:
+    return [f"failed and not counted: {line}" for line in str(tree.attrs["failed"]).splitlines()]
 
 
 def side_by_side(table: xr.Dataset) -> list[str]:
