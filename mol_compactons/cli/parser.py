@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 
 import shtab
 
+from mol_compactons.cli.examples import ExamplesFormatter, examples_of
 from mol_compactons.cli.films import add_animate
 from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_track
 from mol_compactons.cli.orbits import add_orbit
@@ -72,6 +73,8 @@ def parser() -> Parser:
         add_new,
     ):
         add(commands)
+    for name, command in commands.choices.items():
+        command.epilog, command.formatter_class = examples_of(name), ExamplesFormatter
     return main
 
 

@@ -65,13 +65,18 @@ def add_stability(commands: Commands) -> None:
     parser.set_defaults(handle=_stability)
 
 
+def family_of(options: argparse.Namespace) -> Family:
+    """The family that a command was asked for."""
+    asked = {name: getattr(options, name) for name in FAMILY_OPTIONS if getattr(options, name) is not None}
+    lists = {name: text if name == "accuracy" or text[:1] in "[(" else f"[{text}]" for name, text in asked.items()}
+    return assign(Family(), lists)
+
+
 def _converge(options: argparse.Namespace) -> None:
     from mol_compactons.figures import convergence_overview
 
     simulation = simulation_of(options)
-    asked = {name: getattr(options, name) for name in FAMILY_OPTIONS if getattr(options, name) is not None}
-    lists = {name: text if name == "accuracy" or text[:1] in "[(" else f"[{text}]" for name, text in asked.items()}
-    family = assign(Family(), lists)
+    family = family_of(options)
     path = Path(options.output or f"{Path(options.scenario).stem}_study.nc")
     check_target(path, options.overwrite)
     if path.suffix.lower() not in (".nc", ".png"):
