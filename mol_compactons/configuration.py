@@ -190,6 +190,11 @@ def _plain_types(hint: Any) -> frozenset[type]:
     return frozenset(one for one in allowed if one not in (float, int) or one is first)
 
 
+def _is_part(hint: Any, value: Any) -> bool:
+    """Whether a value is one of the parts that a hint of a single class allows."""
+    return isinstance(value, Settings) and isinstance(hint, type) and isinstance(value, hint) and _is_frozen(value)
+
+
 def _is_in_range(value: Any) -> bool:
     """Whether a plain value needs no closer look."""
     if isinstance(value, float):
@@ -221,7 +226,7 @@ def check(instance: Any) -> None:
     # Of `type(instance)` the type checker does not believe that it can be hashed.
     for field, (hint, plain) in _checked_fields(instance.__class__).items():
         value = getattr(instance, field)
-        if type(value) in plain and _is_in_range(value):
+        if (type(value) in plain and _is_in_range(value)) or _is_part(hint, value):
             continue
         if not _is_storable(hint):
             raise InputError(

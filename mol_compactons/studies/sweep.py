@@ -20,7 +20,7 @@ from mol_compactons.studies.engine import Engine, Here, Lost, Watch
 from mol_compactons.studies.members import Quantity, Task
 from mol_compactons.studies.modules import modules_of
 from mol_compactons.studies.plan import Plan, encoded, product
-from mol_compactons.studies.store import FAILED, LOST, MEMBERS, Row, Store, file_of
+from mol_compactons.studies.store import FAILED, LOST, MEMBERS, Row, Store, file_of, result_path
 from mol_compactons.studies.table import table
 
 if TYPE_CHECKING:
@@ -144,12 +144,12 @@ def sweep(
 def tasks_of(plan: Plan, store: Store, quantities: Mapping[str, Quantity], tracked: bool) -> list[Task]:
     """The members of a plan, each once, however many places it has."""
     tasks: dict[str, Task] = {}
-    loaded = modules_of(plan.described())
+    loaded, folder = modules_of(plan.described()), store.folder.resolve()
     for variant in plan:
         if variant.name in tasks:
             tasks[variant.name].places.append(list(variant.index))
         else:
-            path = str(store.path_of(variant.name).resolve())
+            path = str(result_path(folder, variant.name))
             changes = {field: encoded(value) for field, value in variant.changes.items()}
             tasks[variant.name] = Task(
                 variant.name, variant.label, [list(variant.index)], changes, variant.tree, path, loaded, quantities, tracked
