@@ -14,7 +14,6 @@ from mol_compactons.results.places import written_whole
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     from mol_compactons.studies.engine import Engine
@@ -88,42 +87,3 @@ def save(figure: Figure, path: Path, say: bool = True) -> None:
         figure.savefig(part, dpi=150)
     if say:
         remark(f"wrote {path}")
-
-
-def contents(dataset: xr.Dataset) -> str:
-    """One line: what is in a result."""
-    from mol_compactons.results.reading import field_names, space_of
-
-    fields = field_names(dataset)
-    space = space_of(dataset)
-    last = float(dataset["t"].max()) if dataset.sizes["t"] else 0.0
-    names = " and ".join(f"{name}(t, {space})" for name in fields)
-    return f"{names}, {dataset.sizes['t']} frames on {dataset.sizes[space]} points to t = {last:g}, {dataset.attrs['status']}"
-
-
-def kept(dataset: xr.Dataset) -> str:
-    """One line: how well the conserved quantities were kept, and relative to what where that is not the first value."""
-    from mol_compactons.analysis.drift import drift
-
-    changes = drift(dataset)
-    if not dataset.sizes["t"]:
-        return "kept nothing: there is no frame"
-    if not changes.data_vars:
-        return "nothing is conserved"
-    parts = []
-    for name, change in changes.data_vars.items():
-        meaning = change.attrs["relative_to"]
-        of = "" if meaning == "its first value" else f" of {meaning}"
-        parts.append(f"{name} to {float(abs(change).max()):.1e}{of}")
-    return "kept " + ", ".join(parts)
-
-
-def cost(dataset: xr.Dataset) -> str:
-    """One line: what a run cost."""
-    attributes = dataset.attrs
-    if "solver_steps" not in attributes:
-        return "cost unknown: the run has not ended"
-    counts = ("steps", "evaluations", "jacobians", "failures", "warnings")
-    numbers = ", ".join(f"{attributes[f'solver_{count}']} {count}" for count in counts)
-    warning = f"; first warning: {attributes['solver_first_warning']}" if attributes["solver_warnings"] else ""
-    return f"cost {numbers}; {attributes['cpu_seconds']:.2f} s of CPU time{warning}"

@@ -9,11 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mol_compactons.analysis.drift import largest_drifts
+from mol_compactons.analysis.summary import TRACK_COLUMNS, contents, cost, kept, waves_of
 from mol_compactons.analysis.wave_orbits import report_orbit
-from mol_compactons.cli.common import add_import, contents, cost, kept, save
+from mol_compactons.cli.common import add_import, save
 from mol_compactons.cli.machine import add_json, records, tell_json
 from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import tell
@@ -33,9 +32,6 @@ if TYPE_CHECKING:
 
 LONGEST_LINE = 120
 """How much of a wave is shown."""
-
-TRACK_COLUMNS = ("t", "position", "height", "speed", "family_speed", "residual")
-"""What is told of a wave."""
 
 
 RESULT_KINDS = ("waterfall", "map", "snapshots", "paths", "drift", "spectrum", "portrait")
@@ -189,21 +185,16 @@ def _track(options: argparse.Namespace) -> None:
         )
         return
     tell(f"wave {'since':>9}" + "".join(f"{name:>13}" for name in TRACK_COLUMNS) + f"{'compacton':>11}")
-    tell(*(_line_of(tracks.isel(wave=wave)) for wave in range(tracks.sizes["wave"])))
+    tell(*map(_line_of, waves_of(tracks)))
     collided = collisions.dropna("wave", subset=["phase_shift"])
     for wave, shift, moment in zip(*(collided[name].values for name in ("wave", "phase_shift", "moment")), strict=True):
         tell(f"wave {wave} is {shift:.5g} ahead of its free flight after its first collision, at t = {moment:.5g}")
     tell(*(str(tracks.attrs[name]) for name in ("lost", "doubtful") if tracks.attrs[name]))
 
 
-def _line_of(track: xr.Dataset) -> str:
-    """A wave when it was last clear of others and had a speed or, without such a frame, when it was last seen."""
-    flight = track["isolated"] & track["speed"].notnull()
-    known = np.flatnonzero(flight if flight.any() else track["position"].notnull())
-    now = track.isel(t=known[-1] if known.size else -1)
-    values = "".join(f"{float(now[name]):>13.6g}" for name in TRACK_COLUMNS)
-    word = "yes" if bool(now["compacton"]) else "no"
-    return f"{int(track['wave']):<4} {float(track['first_seen']):>9.5g}{values}{word:>11}"
+def _line_of(row: dict[str, Any]) -> str:
+    values = "".join(f"{row[name]:>13.6g}" for name in TRACK_COLUMNS)
+    return f"{row['wave']:<4} {row['first_seen']:>9.5g}{values}{'yes' if row['compacton'] else 'no':>11}"
 
 
 def shown(part: Any) -> str:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mol_compactons.analysis.summary import contents, cost, kept
 from mol_compactons.assignment import assign
-from mol_compactons.cli.common import add_scenario, contents, cost, kept, simulation_of
+from mol_compactons.cli.common import add_scenario, simulation_of
 from mol_compactons.cli.scenarios import import_module
 from mol_compactons.cli.speaking import remark
 from mol_compactons.configuration import Settings

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mol_compactons import Compacton, Formula, GranularCompacton, Grid, Simulation, run
 from mol_compactons.analysis.drift import drift
-from mol_compactons.cli.common import kept
+from mol_compactons.analysis.summary import kept
 from tests.systems import one_compacton
 
 
