@@ -34,6 +34,7 @@ from .equations import (
 from .errors import InputError, IntegrationError, require
 from .grid import Grid, Lattice
 from .integrators import CVODE, IDA, Counters, GaussLegendre, Integrator, Midpoint, Rosenbrock, Symplectic
+from .pages import write_report
 from .results import open_result, open_study, write_tree
 from .running import run
 from .schemes import CentralScheme, CompactScheme, ConservativeScheme, FourierScheme, PadeScheme, Scheme
@@ -140,5 +141,6 @@ __all__ = [
     "sweep",
     "track",
     "two_way_continuum_of",
+    "write_report",
     "write_tree",
 ]

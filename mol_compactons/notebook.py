@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 STYLE = (
     ".mol-compactons{font-size:13px;max-width:60em;line-height:1.5}"
     ".mol-compactons summary{cursor:pointer}"
-    ".mol-compactons .about{opacity:.65;margin-left:.6em}"
-    ".mol-compactons .default{opacity:.55}"
+    ".mol-compactons .about{opacity:.8;margin-left:.6em}"
+    ".mol-compactons .default{opacity:.75}"
     ".mol-compactons details details{margin-left:1.2em}"
     ".mol-compactons table{border-collapse:collapse;margin:.2em 0 .4em 1.2em;font-variant-numeric:tabular-nums}"
     ".mol-compactons td,.mol-compactons th{text-align:left;padding:.1em 1.2em .1em 0;border:none;background:none;"

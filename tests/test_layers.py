@@ -32,6 +32,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("analysis",),
     ("studies",),
     ("figures",),
+    ("pages",),
     ("cli",),
     ("__init__", "__main__"),
 )

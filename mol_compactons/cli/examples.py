@@ -28,6 +28,11 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("animate coarse.nc fine.nc --together -o both.mp4", "two runs on one axis"),
         ("animate two_bright.nc --speed 1 -o riding.gif", "seen from the wave of speed 1"),
     ),
+    "report": (
+        ("report two_bright.nc", "a page for the browser, that needs no network"),
+        ("report viscosity_sweep -o viscosity.html", "a sweep"),
+        ("report lattice_collision.nc lattice_collision_continuum.nc", "a chain and its continuum"),
+    ),
     "track": (
         ("track two_bright.nc", "speeds, heights and phase shifts"),
         ("track two_bright.nc --json", "for another program"),

@@ -16,6 +16,7 @@ from mol_compactons.cli.examples import ExamplesFormatter, examples_of
 from mol_compactons.cli.films import add_animate
 from mol_compactons.cli.looking import add_doctor, add_info, add_plot, add_track
 from mol_compactons.cli.orbits import add_orbit
+from mol_compactons.cli.reports import add_report
 from mol_compactons.cli.running import add_run
 from mol_compactons.cli.speaking import ListenerLostError, complain, logging_to_stderr, remark, tell
 from mol_compactons.cli.starting import add_new, add_scenarios
@@ -63,6 +64,7 @@ def parser() -> Parser:
         add_info,
         add_plot,
         add_animate,
+        add_report,
         add_track,
         add_doctor,
         add_converge,

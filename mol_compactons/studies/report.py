@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -33,21 +34,26 @@ class Report(list[str]):
 
     def _repr_html_(self) -> str:
         """What a notebook shows: for each limit the values, their errors, and the verdicts with their reasons."""
-        summary = self._tree["summary"].to_dataset()
-        headings = ["quantity", "value", "error", "error / scale", "rate", "verdict", "reason"]
-        tables = [
-            (headline(summary, str(limit)), headings, [_cells(summary.sel(limit=limit, quantity=name)) for name in names])
-            for names in [summary["quantity"].values]
-            for limit in summary["limit"].values
-        ]
-        after = [*differences_of_limits(summary), *_side_by_side(self._tree), *_failures(self._tree)]
-        return html_of_tables(tables, after)
+        differences = differences_of_limits(self._tree["summary"].to_dataset())
+        return html_of_tables(tables_of(self._tree), [*differences, *_side_by_side(self._tree), *_failures(self._tree)])
+
+
+def tables_of(tree: xr.DataTree) -> list[tuple[str, list[str], list[list[str]]]]:
+    """For each limit of a study its headline, and the headings and rows of a table of its quantities."""
+    summary = tree["summary"].to_dataset()
+    headings = ["quantity", "value", "error", "error / scale", "rate", "verdict", "reason"]
+    names = summary["quantity"].values
+    return [
+        (headline(summary, str(limit)), headings, [_cells(summary.sel(limit=limit, quantity=name)) for name in names])
+        for limit in summary["limit"].values
+    ]
 
 
 def _cells(row: xr.Dataset) -> list[str]:
     value, error, scale, rate = (float(row[name]) for name in ("value", "error", "scale", "rate"))
-    numbers = [f"{value:.6g}", f"{error:.1e}", f"{error / scale:.1e}", f"{rate:.2f}"]
-    return [str(row["quantity"].item()), *numbers, str(row["verdict"].item()), str(row["reason"].item())]
+    numbers = [(value, ".6g"), (error, ".1e"), (error / scale, ".1e"), (rate, ".2f")]
+    told = ["not known" if math.isnan(number) else f"{number:{form}}" for number, form in numbers]
+    return [str(row["quantity"].item()), *told, str(row["verdict"].item()), str(row["reason"].item())]
 
 
 def report(tree: xr.DataTree) -> Report:
