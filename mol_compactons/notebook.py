@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 STYLE = (
     ".mol-compactons{font-size:13px;max-width:60em;line-height:1.5}"
-    ".mol-compactons summary{cursor:pointer}"
+    ".mol-compactons summary{cursor:pointer;overflow-wrap:anywhere}"
     ".mol-compactons .about{opacity:.8;margin-left:.6em}"
     ".mol-compactons .default{opacity:.75}"
     ".mol-compactons details details{margin-left:1.2em}"

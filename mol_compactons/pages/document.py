@@ -191,6 +191,7 @@ def rendered(page: Page) -> str:
     return template.from_string(sources["html"]).render(
         page=page,
         look=look_of,
+        verdict_of=verdict_of,
         style=sources["css"],
         scripts=scripts,
         policy=policy_for(scripts),
@@ -199,10 +200,14 @@ def rendered(page: Page) -> str:
     )
 
 
+def verdict_of(word: str) -> str:
+    """What a word means: "well", "open", "ill", or "" where it is no verdict."""
+    return next((look for look, words in VERDICTS.items() if word in words), "")
+
+
 def look_of(cell: str) -> str:
     """The classes of a cell: what a verdict means, and whether it is a line or less, which is not broken."""
-    verdict = next((look for look, words in VERDICTS.items() if cell in words), "")
-    return f"{verdict} {'short' if len(cell) <= LONGEST_UNBROKEN else 'long'}".strip()
+    return f"{verdict_of(cell)} {'short' if len(cell) <= LONGEST_UNBROKEN else 'long'}".strip()
 
 
 def policy_for(scripts: Sequence[str]) -> str:

@@ -135,7 +135,7 @@ def _map(name: str, space: str, shown: xr.DataArray, limits: tuple[float, float]
         x=shown[space].values.tolist(),
         y=shown["t"].values.tolist(),
         hovertemplate=f"t = %{{y:.5g}}<br>{plain(space)} = %{{x:.5g}}<br>{plain(name)} = %{{z:.5g}}<extra></extra>",
-        colorbar={"title": {"text": plain(name)}, "thickness": 12},
+        colorbar={"title": {"text": plain(name)}, "thickness": 12, "exponentformat": "power"},
         **colours,
     )
     t = float(shown["t"][0])

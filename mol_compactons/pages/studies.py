@@ -13,8 +13,8 @@ from mol_compactons.pages.plots import COLOURS, SYMBOLS, add_line, cleaned, figu
 from mol_compactons.pages.result import citation
 from mol_compactons.results.form import settings_of
 from mol_compactons.results.schema import COMPLETE
-from mol_compactons.studies.judgement import BUDGET
-from mol_compactons.studies.report import differences_of_limits, headline, report, tables_of
+from mol_compactons.studies.judgement import BUDGET, CONVERGED, CONVERGING, NOT_CONVERGED
+from mol_compactons.studies.report import differences_of_limits, headline, report, tables_of, verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,9 @@ def page_of_study(tree: xr.DataTree) -> Page:
         Section("words", "In words", code=str(report(tree))),
         Section("origin", "Origin and citation", [str(tree.attrs.get("source", "")), *citation(dict(tree.attrs))]),
     ]
-    return Page(str(tree.attrs["title"]), str(tree.attrs.get("status", "complete")), told, sections)
+    worst = [verdict(summary, str(limit)) for limit in summary["limit"].values]
+    status = next(word for word in (NOT_CONVERGED, CONVERGING, CONVERGED) if word in worst)
+    return Page(str(tree.attrs["title"]), status, told, sections)
 
 
 def _budgets(summary: xr.Dataset) -> Iterator[Picture]:

@@ -48,7 +48,9 @@ def page_of_sweep(table: xr.Dataset, plan: Mapping[str, Any]) -> Page:
         Section("plan", "Plan", ["What was varied, and of which simulation."], code=json.dumps(dict(plan), indent=1)),
     ]
     done = set(statuses) == {COMPLETE}
-    title = str(table.attrs.get("title", f"Sweep over {', '.join(map(str, table['status'].dims))}"))
+    varied = ", ".join(path for axis in plan["axes"] for path in axis["fields"])
+    of_what = str(plan["simulation"].get("title") or plan["simulation"]["equation"]["type"])
+    title = f"Sweep over {varied}: {of_what}"
     return Page(title, COMPLETE if done else "not all members are complete", [told], sections)
 
 
@@ -104,6 +106,7 @@ def _maps(table: xr.Dataset) -> Iterator[Picture]:
             y=words[1],
             z=[cleaned(row) for row in values],
             colorscale="Cividis",
+            colorbar={"thickness": 12, "exponentformat": "power"},
             visible=len(choices) == 1,
             hovertemplate=hover.format(plain(name)),
         )
@@ -119,10 +122,10 @@ def _members(table: xr.Dataset) -> Section:
     rows = []
     for index in list(np.ndindex(*table["status"].shape))[:MOST_ROWS]:
         one = table.isel(dict(zip(dimensions, index, strict=True)))
-        rows.append([*(_told(one[name].item()) for name in (*along, "status", *numbers)), str(one["reason"].item())])
+        rows.append([*(_told(one[name].item()) for name in (*along, "status", "reason", *numbers))])
     count = table["status"].size
     said = [f"The first {MOST_ROWS} of {count}; all are in table.nc of the folder."] if count > MOST_ROWS else []
-    headings = [*along, "status", *(name.replace("_", " ") for name in numbers), "reason"]
+    headings = [*along, "status", "reason", *(name.replace("_", " ") for name in numbers)]
     return Section("members", "Members", said, [], [Table("All members" if not said else "Members", headings, rows)])
 
 

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+UNKNOWN = ("unbounded", "not known")
+"""What is said for infinity and for NaN."""
+
+
 class Report(list[str]):
     """What a study says, a line each; printed as lines, and in a notebook as tables.
 
@@ -52,7 +56,7 @@ def tables_of(tree: xr.DataTree) -> list[tuple[str, list[str], list[list[str]]]]
 def _cells(row: xr.Dataset) -> list[str]:
     value, error, scale, rate = (float(row[name]) for name in ("value", "error", "scale", "rate"))
     numbers = [(value, ".6g"), (error, ".1e"), (error / scale, ".1e"), (rate, ".2f")]
-    told = ["not known" if math.isnan(number) else f"{number:{form}}" for number, form in numbers]
+    told = [f"{number:{form}}" if math.isfinite(number) else UNKNOWN[math.isnan(number)] for number, form in numbers]
     return [str(row["quantity"].item()), *told, str(row["verdict"].item()), str(row["reason"].item())]
 
 
