@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mol_compactons import run
+from mol_compactons import Grid, Simulation, open_result, run
 from mol_compactons.analysis.chain_and_continuum import compare, continuum_of
 from mol_compactons.analysis.collisions import first_collision
 from mol_compactons.analysis.tracking import track
@@ -241,3 +241,30 @@ def test_discretisations() -> None:
     table = converge(smooth.simulation(1.5), replace(family, schemes=family.schemes[2:4]))["schemes"].to_dataset()
     assert names[2:4] == ["compact, five_point", "conservative, order 2"]
     assert table["fitted_order"].values[:, 0] == pytest.approx([4, 2], abs=0.1)
+
+
+def test_paper_figures(tmp_path: Path) -> None:
+    """On coarse grids: the paper's panels at the paper's times, and below each what was open, chosen and seen."""
+    own = runpy.run_path(str(scenarios.folder() / "paper_figures.py"))
+
+    def shorten(simulation: Simulation) -> Simulation:
+        fine = isinstance(simulation.grid, Grid)
+        grid = replace(simulation.grid, size=simulation.grid.size // 4) if fine else simulation.grid
+        return replace(simulation, grid=grid, frames=(simulation.frames - 1) // 5 + 1)
+
+    figures = own["make"](tmp_path, shorten, ["pdf"])
+    assert list(figures) == ["fig1", "fig2", "fig3", "fig4", "bright_dark"]
+    told = {name: figure.get_supxlabel() for name, figure in figures.items()}
+    for name, plate in own["PLATES"].items():
+        assert (tmp_path / f"{name}.pdf").stat().st_size > 5000
+        assert len(figures[name].axes) == (len(plate.times) or len(plate.runs))
+        assert all(f"{word}: " in told[name] for word in ("Left open", "Chosen", "Seen"))
+        for axes, t in zip(figures[name].axes, plate.times, strict=False):
+            line, dots = axes.lines
+            assert axes.get_title() == f"t = {t:g}"
+            with open_result(tmp_path / f"{plate.runs[0]}.nc") as chain:
+                np.testing.assert_array_equal(dots.get_ydata(), chain.R.sel(t=t, method="nearest").values)
+            assert np.abs(line.get_ydata()).max() == pytest.approx(np.abs(dots.get_ydata()).max(), rel=0.25)
+    changes = [told[name].rpartition("The heights change by ")[2] for name in ("fig1", "fig2")]
+    assert changes[0] == changes[1] != "", "dark waves are bright ones with the sign changed"
+    assert "is lost" in told["bright_dark"]

@@ -1,7 +1,7 @@
 """Pictures: functions of a result and the axes to draw in, and whole figures."""
 
 from mol_compactons.figures.animation import animate
-from mol_compactons.figures.chain import side_by_side
+from mol_compactons.figures.chain import chain_beside_continuum, side_by_side
 from mol_compactons.figures.orbits import orbit_overview
 from mol_compactons.figures.results import drifts, overview, profiles, waterfall
 from mol_compactons.figures.stability import stability_overview
@@ -11,6 +11,7 @@ from mol_compactons.figures.views import paths, picture, portrait, snapshots, sp
 
 __all__ = [
     "animate",
+    "chain_beside_continuum",
     "convergence_overview",
     "drifts",
     "orbit_overview",

@@ -9,6 +9,7 @@ from mol_compactons.analysis.chain_and_continuum import on_lattice
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -37,13 +38,31 @@ def side_by_side(comparison: xr.Dataset | Mapping[str, xr.Dataset], continuum: x
     figure = Figure(figsize=(9, 1.7 * len(times) + 2.2), layout="constrained")
     panels = figure.subplots(len(times) + 1, 1)
     for axes, t in zip(panels, times, strict=False):
-        axes.plot(line.x, line.interp(t=t), color="#1f4e79", linewidth=1, label="continuum")
-        axes.set(ylabel="R", title=f"t = {t:g}", xlim=(first.k[0], first.k[-1]))
-    for (label, chain), colour, marker in zip(chains.items(), COLOURS, MARKERS, strict=False):
-        for axes, t in zip(panels, times, strict=False):
-            axes.plot(chain.k, chain.R.sel(t=t, method="nearest"), marker, color=colour, markersize=3, label=label)
+        chain_beside_continuum(chains, line, t, axes)
+    for chain, colour in zip(chains.values(), COLOURS, strict=False):
         panels[-1].plot(chain.t, chain.distance, color="black" if len(chains) == 1 else colour, linewidth=1)
     panels[0].legend(frameon=False)
     panels[-2].set_xlabel("k")
     panels[-1].set(xlabel="t", ylabel="relative L2 distance")
     return figure
+
+
+def chain_beside_continuum(chains: Mapping[str, xr.Dataset], line: xr.DataArray, t: float, axes: Axes) -> None:
+    """Chains as marks on the line of their continuum at one time.
+
+    Parameters
+    ----------
+    chains : mapping of str to xarray.Dataset
+        What `mol_compactons.compare` returns, by what they are called.
+    line : xarray.DataArray
+        The continuum in sites, along t and x, from `mol_compactons.analysis.chain_and_continuum.on_lattice`.
+    t : float
+        When.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    """
+    axes.plot(line.x, line.interp(t=t), color="#1f4e79", linewidth=1, label="continuum")
+    for (label, chain), colour, marker in zip(chains.items(), COLOURS, MARKERS, strict=False):
+        axes.plot(chain.k, chain.R.sel(t=t, method="nearest"), marker, color=colour, markersize=3, label=label)
+    first = next(iter(chains.values()))
+    axes.set(ylabel="R", title=f"t = {t:g}", xlim=(first.k[0], first.k[-1]))
