@@ -38,6 +38,9 @@ OF_REFINEMENT = ("outcome", "accuracy", "parts")
 
 MOST_VALUES = 10**6
 
+OF_DRAWING, DRAWN = ("count", "seed"), 100
+"""The options of random values, and how many members these make unless told otherwise."""
+
 REASONS_SHOWN = 5
 """How many different reasons are told."""
 
@@ -62,8 +65,8 @@ def add_sweep(commands: Commands) -> None:
     parser.add_argument(
         "--draw", action="append", default=[], metavar="FIELD=LOW,HIGH", help="random values between two, in place of --vary"
     )
-    parser.add_argument("--count", type=int, default=100, metavar="N", help="how many members are drawn (default: 100)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the random values (default: 0)")
+    parser.add_argument("--count", type=int, metavar="N", help="how many members --draw makes (default: 100)")
+    parser.add_argument("--seed", type=int, metavar="N", help="of the random values of --draw (default: 0)")
     _add_refinement(parser)
     parser.add_argument("-o", "--output", metavar="FOLDER", help="where results go (default: the scenario's name and _sweep)")
     parser.add_argument("--untracked", action="store_true", help="do not follow the waves, which takes its time")
@@ -112,7 +115,9 @@ def _variation(options: argparse.Namespace) -> Callable[..., xr.Dataset]:
 
 def _refinement(options: argparse.Namespace) -> Callable[..., xr.Dataset]:
     """The refinement that the options describe."""
-    others = [f"--{name}" for name in ("vary", "draw", "together") if getattr(options, name)]
+    others = [
+        f"--{name}" for name in ("vary", "draw", "together", *OF_DRAWING) if getattr(options, name) not in (None, [], False)
+    ]
     require(not others, f"A field is refined or varied; leave out --refine or {', '.join(others)}.")
     ((path, text),) = assignments([options.refine]).items()
     try:
@@ -129,7 +134,10 @@ def _plan(simulation: Simulation, options: argparse.Namespace) -> Plan:
     if options.draw:
         require(not varied, "Values are drawn or given; give --draw or --vary.")
         ranges = {path: _range(path, text) for path, text in assignments(options.draw).items()}
-        return drawn(simulation, ranges, options.count, options.seed)
+        own = {name: getattr(options, name) for name in OF_DRAWING if getattr(options, name) is not None}
+        return drawn(simulation, ranges, **({"count": DRAWN, "seed": 0} | own))
+    given = [f"--{name}" for name in OF_DRAWING if getattr(options, name) is not None]
+    require(not given, f"{', '.join(given)} belongs to random values; give --draw, or leave it out.")
     axes = [Axis(varied)] if options.together and varied else [Axis({path: values}) for path, values in varied.items()]
     return Plan(simulation, axes, import_module)
 

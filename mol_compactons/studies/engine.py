@@ -198,6 +198,8 @@ class Cluster(Engine):
 
             futures = client.map(work, tasks, pure=False)
             numbers = {future.key: number for number, future in enumerate(futures)}
+            if not client.scheduler_info()["workers"]:
+                logger.warning("the scheduler %s has no worker yet; the study waits for one", self.address)
             ending = as_completed(futures, loop=client.loop)
             while not ending.is_empty():
                 for future in ending.next_batch(block=False):

@@ -123,6 +123,7 @@ def test_a_solver_that_gives_up_is_status_1(capsys: pytest.CaptureFixture[str]) 
         assert dataset.sizes["t"] > 1
 
 
+@pytest.mark.slow
 def test_a_cold_run_says_once_that_it_compiles(tmp_path: Path) -> None:
     """Also where only what another integrator needs is missing."""
     command = [sys.executable, "-m", "mol_compactons", "run", "lattice_single", "-o", "cold.nc", "--overwrite"]

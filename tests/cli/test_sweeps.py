@@ -80,6 +80,8 @@ def test_values_are_listed_or_spaced(text: str, values: list[object]) -> None:
         ),
         (["--vary", "t_end=1,2", "--vary", "grid.size=60", "--together"], "need as many values each"),
         (["--vary", "t_end=1,2", "--draw", "t_end=1,2"], "give --draw or --vary"),
+        (["--vary", "t_end=1,2", "--seed", "3"], "--seed belongs to random values; give --draw"),
+        (["--refine", "t_end=1,2", "--count", "3"], "leave out --refine or --count"),
         (["--draw", "t_end=1"], "write two numbers, t_end=LOW,HIGH"),
         (["--vary", "t_end=1,2", "--scheduler", "tcp://127.0.0.1:1"], "does not answer; start it"),
         (["--vary", "t_end=1,2", "--workers", "0"], "workers = 0 must lie between"),
@@ -87,7 +89,10 @@ def test_values_are_listed_or_spaced(text: str, values: list[object]) -> None:
         (["--vary", "t_end=1,2", "-o", "no/where"], "does not exist"),
     ],
 )
-def test_what_cannot_be_swept_is_one_sentence(arguments: list[str], words: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_cannot_be_swept_is_one_sentence(
+    arguments: list[str], words: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mol_compactons.studies.engine.ANSWER_SECONDS", 1)
     try:
         status = main(["sweep", "single_compacton", "--quiet", *arguments])
     except SystemExit as end:

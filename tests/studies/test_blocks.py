@@ -97,6 +97,7 @@ def test_open_sweep_reads_blocks_as_it_reads_files(tmp_path: Path, per_file: int
         np.testing.assert_array_equal(members.mass.sel(speed=speed, center=center).values, own.mass.values)
 
 
+@pytest.mark.slow
 def test_a_block_that_loses_its_process_again_and_again_is_run_one_by_one(tmp_path: Path) -> None:
     """One member of two kills its process whenever it runs: it alone fails."""
     varied, quantities = {"initial.0.speed": [0.5, 0.9]}, {"deadly": deadly}

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from mol_compactons import InputError
-from mol_compactons.studies.engine import MOST_ATTEMPTS, Cluster, Engine, Here, Lost, Processes, usable_cores
+from mol_compactons.studies.engine import ANSWER_SECONDS, MOST_ATTEMPTS, Cluster, Engine, Here, Lost, Processes, usable_cores
 from tests.studies.sweeps import FATAL, doubled, forever, noted
 
 CLUSTER = """
@@ -140,7 +140,9 @@ def test_there_are_as_many_processes_as_cores() -> None:
     assert list(Processes(2).results(doubled, [])) == []
 
 
-def test_what_cannot_begin_is_one_sentence() -> None:
+def test_what_cannot_begin_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert ANSWER_SECONDS < 10
+    monkeypatch.setattr("mol_compactons.studies.engine.ANSWER_SECONDS", 1)
     with pytest.raises(InputError, match="workers = 0 must lie between 1 and 1000"):
         Processes(0)
     with pytest.raises(InputError, match=r"'tcp://127\.0\.0\.1:1' does not answer"):
