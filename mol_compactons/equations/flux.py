@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mol_compactons.configuration import Settings
 from mol_compactons.errors import require
 from mol_compactons.runtime.compiled import compiled
+from mol_compactons.runtime.powers import size_power
 
 DERIVATIVE_FLOOR = 1e-6
 """Where an exponent is negative (derivatives at the edge of a wave), |u| counts as at least this times the largest |u|: no
@@ -39,7 +40,7 @@ def _size_power(size: float, quarters: int) -> float:
 def power_law(
     u: NDArray[np.float64], coefficient: float, exponent: float, odd: bool, add: bool, out: NDArray[np.float64]
 ) -> None:
-    """The law; the plain powers up to 3 have loops of their own, which the compiler vectorises."""
+    """The law; the plain powers up to 3 have loops of their own, and the compiler vectorises all but those of quarters."""
     quarters = round(4 * exponent)
     exact = 4 * exponent == quarters
     if not add:
@@ -66,9 +67,9 @@ def power_law(
     else:
         floor = DERIVATIVE_FLOOR * np.abs(u).max() if exponent < 0 else 0.0
         for j in range(u.size):
-            size = max(abs(u[j]), floor)
-            value = coefficient * size**exponent if size > 0 or exponent >= 0 else 0.0
-            out[j] = out[j] + (value * np.sign(u[j]) if odd else value)
+            value = coefficient * size_power(max(abs(u[j]), floor), exponent)
+            signed = (value if u[j] > 0.0 else -value) if u[j] != 0.0 else 0.0 * value
+            out[j] = out[j] + (signed if odd else value)
 
 
 @compiled

@@ -20,6 +20,7 @@ from mol_compactons.runtime.compiled import compiled
 from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.base import Scheme
 from mol_compactons.schemes.entropy_flux import (
+    needs_powers,
     neighbours,
     subtract_difference,
     subtract_difference_jacobian,
@@ -148,25 +149,26 @@ class _ConservativeKernel:
         self._damping = damping
         self._margin = 2 * len(weights)
         extended = size + 2 * self._margin
-        self._work = Workspace(extended, extended, extended, size + len(weights))
+        self._work = Workspace(extended, extended, extended, extended, size + len(weights))
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -sum_s w_s N_s(W) and the damping."""
-        w, a, _, flux = self._work.arrays
+        w, a, _, powers, flux = self._work.arrays
         damping = self._damping.coefficients
-        _rate(state[0], w, a, self._margin, self._weights, self._n, self._spacing, flux, damping, out[0])
+        _rate(state[0], w, a, powers, self._margin, self._weights, self._n, self._spacing, flux, damping, out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`; regularised at zeros of W where n < 2."""
         u, margin = state[0], self._margin
-        w, a, slope, _ = self._work.arrays
+        w, a, slope, powers, _ = self._work.arrays
         w[margin:-margin] = u
         w[:margin], w[-margin:] = u[-margin:], u[:margin]
         self._law.evaluate(w, a)
         self._law.derivative().evaluate(w, slope)
+        _take_powers(w, a, self._n, powers)
         out[:] = 0
         for index, weight in enumerate(self._weights):
-            _subtract_divergence_jacobian(w, a, slope, margin, index + 1, weight, self._n, self._spacing, out[0, 0])
+            _subtract_divergence_jacobian(w, a, slope, powers, margin, index + 1, weight, self._n, self._spacing, out[0, 0])
         self._damping.add_to_diagonals(out[0, 0])
 
 
@@ -175,6 +177,7 @@ def _rate(
     u: Array,
     w: Array,
     a: Array,
+    powers: Array,
     margin: int,
     weights: Array,
     n: float,
@@ -183,22 +186,40 @@ def _rate(
     damping: Array,
     out: Array,
 ) -> None:
-    """The right-hand side in one call; w, a and flux are scratch, w and a with a periodic margin."""
+    """The right-hand side in one call; w, a, powers and flux are scratch, all but the last with a periodic margin."""
     size = u.size
     w[margin : margin + size] = u
     w[:margin] = u[size - margin :]
     w[margin + size :] = u[:margin]
     power_law(w, 1.0, n - 1.0, False, False, a)
+    _take_powers(w, a, n, powers)
     out[:] = 0.0
     for index in range(weights.size):
-        _subtract_divergence(w, a, margin, index + 1, weights[index], n, spacing, flux, out)
+        _subtract_divergence(w, a, powers, margin, index + 1, weights[index], n, spacing, flux, out)
     if damping.size > 1:
         add_convolution(damping, u, out)
 
 
 @compiled
+def _take_powers(w: Array, a: Array, n: float, powers: Array) -> None:
+    """Write |w|^n = a |w|, where the two-point fluxes need it."""
+    if needs_powers(n):
+        for k in range(w.size):
+            powers[k] = a[k] * abs(w[k])
+
+
+@compiled
 def _subtract_divergence(
-    w: Array, a: Array, margin: int, stride: int, weight: float, n: float, spacing: float, flux: Array, out: Array
+    w: Array,
+    a: Array,
+    powers: Array,
+    margin: int,
+    stride: int,
+    weight: float,
+    n: float,
+    spacing: float,
+    flux: Array,
+    out: Array,
 ) -> None:
     """Subtract weight N_s(W); w and a = |w|^(n-1) have a periodic margin."""
     step = stride * spacing
@@ -207,7 +228,7 @@ def _subtract_divergence(
     first = margin - 2 * stride
     left, u, v, right = neighbours(w, first, stride)
     a_left, a_u, a_v, a_right = neighbours(a, first, stride)
-    two_point_fluxes(u, v, n, flux[:count])
+    two_point_fluxes(u, v, powers[first + stride :], powers[first + 2 * stride :], n, flux[:count])
     for k in range(count):
         after, before = a_right[k] + 2 * a_v[k] + a_u[k], a_v[k] + 2 * a_u[k] + a_left[k]
         flux[k] += factor * (after * (right[k] - v[k]) - before * (u[k] - left[k]))
@@ -216,7 +237,16 @@ def _subtract_divergence(
 
 @compiled
 def _subtract_divergence_jacobian(
-    w: Array, a: Array, slope: Array, margin: int, stride: int, weight: float, n: float, spacing: float, out: Array
+    w: Array,
+    a: Array,
+    slope: Array,
+    powers: Array,
+    margin: int,
+    stride: int,
+    weight: float,
+    n: float,
+    spacing: float,
+    out: Array,
 ) -> None:
     """Subtract the cyclic diagonals of weight dN_s/dW; slope is the derivative of a."""
     step = stride * spacing
@@ -227,7 +257,7 @@ def _subtract_divergence_jacobian(
     left, u, v, right = neighbours(w, first, stride)
     a_left, a_u, a_v, a_right = neighbours(a, first, stride)
     s_left, s_u, s_v, s_right = neighbours(slope, first, stride)
-    two_point_slopes(u, v, n, by_u, by_v)
+    two_point_slopes(u, v, powers[first + stride :], powers[first + 2 * stride :], n, by_u, by_v)
     for k in range(count):
         after, before = a_right[k] + 2 * a_v[k] + a_u[k], a_v[k] + 2 * a_u[k] + a_left[k]
         ahead, behind = right[k] - v[k], u[k] - left[k]

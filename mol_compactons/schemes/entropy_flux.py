@@ -7,12 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mol_compactons.equations.flux import DERIVATIVE_FLOOR
 from mol_compactons.runtime.compiled import compiled
 
 Array = NDArray[np.float64]
 
-SERIES_BELOW = 1e-3
+NEAR = 5e-3
 """Where two neighbours differ by less than this, relative to the larger one, their flux comes from its Taylor series."""
 
 VACUUM = 1e-150
@@ -21,9 +20,9 @@ underflow."""
 
 
 @compiled
-def _odd_power(w: float, exponent: float) -> float:
-    """sgn(w) |w|^exponent."""
-    return float(np.sign(w) * abs(w) ** exponent)
+def needs_powers(n: float) -> bool:
+    """Whether the fluxes of an exponent are made from powers of the values."""
+    return n not in (1.0, 1.5, 2.0, 3.0)
 
 
 @compiled
@@ -56,24 +55,55 @@ def _hertz_flux(u: float, v: float) -> float:
 
 
 @compiled
-def _general_flux(u: float, v: float, n: float) -> float:
-    """The flux for any n; its Taylor series where u and v are nearly equal."""
-    larger = max(abs(u), abs(v))
-    if larger < VACUUM:
-        return 0.0
-    difference = v - u
-    if abs(difference) < SERIES_BELOW * larger:
-        middle = 0.5 * (u + v)
-        curvature = n * (n - 1) * _odd_power(middle, n - 2)
-        return _odd_power(middle, n) + curvature * difference * difference / 24
-    return float((abs(v) ** (n + 1) - abs(u) ** (n + 1)) / ((n + 1) * difference))
+def _general_fluxes(u: Array, v: Array, of_u: Array, of_v: Array, n: float, out: Array) -> None:
+    """The fluxes for any n, by one division each; of neighbours w and w (1 + e) with a small e by a series.
+
+    f* = |w|^(n-1) w (1 + n/2 e + n (n-1) / 6 e^2 + ...)
+    """
+    c1, c2, c3, c4, c5 = n / 2, (n - 1) / 3, (n - 2) / 4, (n - 3) / 5, (n - 4) / 6
+    for k in range(out.size):
+        a, b = abs(u[k]), abs(v[k])
+        first = a > b
+        w, power, size = (u[k], of_u[k], a) if first else (v[k], of_v[k], b)
+        apart = (v[k] if first else u[k]) - w
+        near = abs(apart) < NEAR * size
+        above, below = (apart, w) if near else (of_v[k] * b - of_u[k] * a, (n + 1) * (v[k] - u[k]))
+        e = above / below
+        series = 1 + c1 * e * (1 + c2 * e * (1 + c3 * e * (1 + c4 * e * (1 + c5 * e))))
+        value = (power if w > 0.0 else -power) * series if near else e
+        out[k] = value if size >= VACUUM else 0.0
 
 
 @compiled
-def two_point_fluxes(u: Array, v: Array, n: float, out: Array) -> None:
+def _general_slopes(u: Array, v: Array, of_u: Array, of_v: Array, n: float, by_u: Array, by_v: Array) -> None:
+    """The derivatives of these fluxes; of nearly equal neighbours those of the series."""
+    c1, c2, c3, c4, c5 = n / 2, (n - 1) / 3, (n - 2) / 4, (n - 3) / 5, (n - 4) / 6
+    d2, d3, d4, d5 = c1 * c2, c1 * c2 * c3, c1 * c2 * c3 * c4, c1 * c2 * c3 * c4 * c5
+    for k in range(by_u.size):
+        a, b = abs(u[k]), abs(v[k])
+        first = a > b
+        w, power, size = (u[k], of_u[k], a) if first else (v[k], of_v[k], b)
+        apart, across = (v[k] if first else u[k]) - w, v[k] - u[k]
+        near = abs(apart) < NEAR * size
+        e = apart / w
+        series = 1 + e * (c1 + e * (d2 + e * (d3 + e * (d4 + e * d5))))
+        slope = c1 + e * (2 * d2 + e * (3 * d3 + e * (4 * d4 + e * 5 * d5)))
+        of_smaller = power / size * slope
+        of_larger = power / size * (n * series - (1 + e) * slope)
+        left, right = (of_u[k] if u[k] > 0.0 else -of_u[k]), (of_v[k] if v[k] > 0.0 else -of_v[k])
+        flux = (of_v[k] * b - of_u[k] * a) / ((n + 1) * across)
+        left, right = (flux - left) / across, (right - flux) / across
+        near_u, near_v = (of_larger, of_smaller) if first else (of_smaller, of_larger)
+        by_u[k] = (near_u if near else left) if size >= VACUUM else 0.0
+        by_v[k] = (near_v if near else right) if size >= VACUUM else 0.0
+
+
+@compiled
+def two_point_fluxes(u: Array, v: Array, of_u: Array, of_v: Array, n: float, out: Array) -> None:
     """Tadmor's flux (|v|^(n+1) - |u|^(n+1)) / ((n+1) (v - u)) of each pair, free of cancellation.
 
-    The usual exponents have loops of their own, which the compiler vectorises.
+    The usual exponents have loops of their own; the others take |u|^n and |v|^n from `of_u` and `of_v`, see `needs_powers`.
+    The compiler vectorises all.
     """
     if n == 3.0:
         for k in range(out.size):
@@ -88,8 +118,7 @@ def two_point_fluxes(u: Array, v: Array, n: float, out: Array) -> None:
         for k in range(out.size):
             out[k] = 0.5 * (u[k] + v[k])
     else:
-        for k in range(out.size):
-            out[k] = _general_flux(u[k], v[k], n)
+        _general_fluxes(u, v, of_u, of_v, n, out)
 
 
 @compiled
@@ -119,17 +148,7 @@ def _hertz_slope(u: float, v: float) -> float:
 
 
 @compiled
-def _slope(u: float, v: float, n: float) -> float:
-    """The derivative of the flux by u for any n; that of the mean where u and v are nearly equal."""
-    difference = v - u
-    if abs(difference) < DERIVATIVE_FLOOR * max(abs(u), abs(v)) or difference == 0.0:
-        middle = abs(0.5 * (u + v))
-        return float(0.5 * n * middle ** (n - 1)) if middle > 0.0 or n >= 1.0 else 0.0
-    return (_general_flux(u, v, n) - _odd_power(u, n)) / difference
-
-
-@compiled
-def two_point_slopes(u: Array, v: Array, n: float, by_u: Array, by_v: Array) -> None:
+def two_point_slopes(u: Array, v: Array, of_u: Array, of_v: Array, n: float, by_u: Array, by_v: Array) -> None:
     """The derivatives of the flux by either argument; f* is symmetric."""
     if n == 3.0:
         for k in range(by_u.size):
@@ -143,8 +162,7 @@ def two_point_slopes(u: Array, v: Array, n: float, by_u: Array, by_v: Array) -> 
     elif n == 1.0:
         by_u[:] = by_v[:] = 0.5
     else:
-        for k in range(by_u.size):
-            by_u[k], by_v[k] = _slope(u[k], v[k], n), _slope(v[k], u[k], n)
+        _general_slopes(u, v, of_u, of_v, n, by_u, by_v)
 
 
 @compiled

@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.equations.base import Equation
+from mol_compactons.equations.flux import PowerLaw
 from mol_compactons.equations.rosenau_hyman import RosenauHyman
 from mol_compactons.errors import require
 from mol_compactons.runtime.compiled import compiled
 from mol_compactons.runtime.workspace import Workspace
 from mol_compactons.schemes.entropy_flux import (
+    needs_powers,
     neighbours,
     subtract_difference,
     subtract_difference_jacobian,
@@ -57,43 +59,46 @@ class RosenauHymanKernel:
         self._ratio = equation.m / equation.n
         self._spacing, self._weights, self._damping = spacing, weights, damping
         self._margin = 2 * len(weights)
-        self._work = Workspace(size + 2 * self._margin, size, size + len(weights))
+        self._law = PowerLaw(1, self._ratio)
+        self._work = Workspace(size + 2 * self._margin, size + 2 * self._margin, size, size + len(weights))
 
-    def _extend(self, u: Array, v: Array) -> None:
-        """Write u^n with a periodic margin on both sides."""
+    def _extend(self, u: Array, v: Array, powers: Array) -> None:
+        """Write v = u^n with a periodic margin on both sides and, where the fluxes need it, |v|^(m/n)."""
         margin = self._margin
         self._power.evaluate(u, v[margin:-margin])
         v[:margin], v[-margin:] = v[-2 * margin : -margin], v[margin : 2 * margin]
+        if needs_powers(self._ratio):
+            self._law.evaluate(v, powers)
 
     def rhs(self, t: float, state: Array, out: Array) -> None:
         """Write -sum_s w_s N_s(u) and the damping."""
-        v, _, flux = self._work.arrays
-        self._extend(state[0], v)
+        v, powers, _, flux = self._work.arrays
+        self._extend(state[0], v, powers)
         out[0] = 0
         for index, weight in enumerate(self._weights):
-            _subtract_divergence(v, self._margin, index + 1, weight, self._ratio, self._spacing, flux, out[0])
+            _subtract_divergence(v, powers, self._margin, index + 1, weight, self._ratio, self._spacing, flux, out[0])
         self._damping.add(state[0], out[0])
 
     def jacobian(self, t: float, state: Array, out: Array) -> None:
         """Write the cyclic diagonals of the derivative of `rhs`."""
-        v, slope, _ = self._work.arrays
-        self._extend(state[0], v)
+        v, powers, slope, _ = self._work.arrays
+        self._extend(state[0], v, powers)
         self._power.derivative().evaluate(state[0], slope)
         out[:] = 0
         for index, weight in enumerate(self._weights):
-            _subtract_jacobian(v, self._margin, index + 1, weight, self._ratio, self._spacing, slope, out[0, 0])
+            _subtract_jacobian(v, powers, self._margin, index + 1, weight, self._ratio, self._spacing, slope, out[0, 0])
         self._damping.add_to_diagonals(out[0, 0])
 
 
 @compiled
 def _subtract_divergence(
-    v: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, flux: Array, out: Array
+    v: Array, powers: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, flux: Array, out: Array
 ) -> None:
     """Subtract weight N_s(u); v = u^n has a periodic margin."""
     step = stride * spacing
     count, first = out.size + stride, margin - 2 * stride
     before, left, right, after = neighbours(v, first, stride)
-    two_point_fluxes(left, right, ratio, flux[:count])
+    two_point_fluxes(left, right, powers[first + stride :], powers[first + 2 * stride :], ratio, flux[:count])
     factor = 1 / (2 * step * step)
     for k in range(count):
         flux[k] += factor * (after[k] - right[k] - left[k] + before[k])
@@ -102,7 +107,7 @@ def _subtract_divergence(
 
 @compiled
 def _subtract_jacobian(
-    v: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, slope: Array, out: Array
+    v: Array, powers: Array, margin: int, stride: int, weight: float, ratio: float, spacing: float, slope: Array, out: Array
 ) -> None:
     """Subtract the cyclic diagonals of weight dN_s/du; slope is dv/du."""
     size, first = out.shape[1], margin - stride
@@ -111,7 +116,7 @@ def _subtract_jacobian(
     derivatives = np.empty((4, size + stride))
     derivatives[:] = bend
     by_left, by_right = np.empty((2, size + stride))
-    two_point_slopes(v[first:], v[first + stride :], ratio, by_left, by_right)
+    two_point_slopes(v[first:], v[first + stride :], powers[first:], powers[first + stride :], ratio, by_left, by_right)
     for k in range(size + stride):
         derivatives[1, k] = by_left[k] - bend
         derivatives[2, k] = by_right[k] - bend

@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mol_compactons.schemes.entropy_flux import VACUUM, two_point_fluxes, two_point_slopes
+from tests.systems import Array
 
 EXPONENTS = [1.0, 1.1, 1.5, 2.0, 2.5, 3.0, 4.2]
 
@@ -15,11 +16,23 @@ numbers = st.floats(-3, 3).map(lambda u: 0.0 if abs(u) < 1e-12 else u)
 distances = st.one_of(st.floats(-1, 1), st.floats(-12, -1).map(lambda power: 10**power))
 
 
+def fluxes(u: Array, v: Array, n: float) -> Array:
+    """The flux of each pair."""
+    out = np.empty(u.size)
+    two_point_fluxes(u, v, np.abs(u) ** n, np.abs(v) ** n, n, out)
+    return out
+
+
+def slopes(u: Array, v: Array, n: float) -> tuple[Array, Array]:
+    """The derivatives of the flux of each pair."""
+    by_u, by_v = np.empty((2, u.size))
+    two_point_slopes(u, v, np.abs(u) ** n, np.abs(v) ** n, n, by_u, by_v)
+    return by_u, by_v
+
+
 def two_point_flux(u: float, v: float, n: float) -> float:
     """The flux of one pair."""
-    out = np.empty(1)
-    two_point_fluxes(np.array([u]), np.array([v]), n, out)
-    return float(out[0])
+    return float(fluxes(np.array([u]), np.array([v]), n)[0])
 
 
 def exact_flux(u: float, v: float, n: float) -> float:
@@ -46,8 +59,7 @@ def test_the_flux_has_no_cancellation(n: float, u: float, distance: float) -> No
 @pytest.mark.parametrize("n", EXPONENTS)
 @given(u=numbers, v=numbers)
 def test_arrays_have_the_values_of_their_pairs_and_are_odd_and_symmetric(n: float, u: float, v: float) -> None:
-    first, second, out = np.array([u, v, -u, u, 0.0]), np.array([v, u, -v, u, 0.0]), np.empty(5)
-    two_point_fluxes(first, second, n, out)
+    out = fluxes(np.array([u, v, -u, u, 0.0]), np.array([v, u, -v, u, 0.0]), n)
     size = max(abs(u), abs(v)) ** n
     one = two_point_flux(u, v, n)
     assert np.allclose(out, [one, one, -one, np.sign(u) * abs(u) ** n, 0.0], rtol=0, atol=1e-14 * size)
@@ -61,8 +73,7 @@ def test_the_slopes_are_those_of_the_flux(n: float, u: float, v: float) -> None:
     step = 1e-5 * size
     if min(abs(u), abs(v)) < 0.05 * size or 0 < abs(u - v) < 0.05 * size or size == 0:
         return
-    by_u, by_v = np.empty((2, 1))
-    two_point_slopes(np.array([u]), np.array([v]), n, by_u, by_v)
+    by_u, by_v = slopes(np.array([u]), np.array([v]), n)
     differences = [
         (two_point_flux(u + step, v, n) - two_point_flux(u - step, v, n)) / (2 * step),
         (two_point_flux(u, v + step, n) - two_point_flux(u, v - step, n)) / (2 * step),
@@ -78,17 +89,15 @@ def test_the_slopes_of_near_neighbours(n: float, apart: float) -> None:
     places, weights = np.polynomial.legendre.leggauss(20)
     s = (1 + places) / 2
     exact = 0.5 * np.sum(weights * (1 - s) * n * (u + s * (v - u)) ** (n - 1))
-    by_u, by_v = np.empty((2, 1))
-    two_point_slopes(np.array([u]), np.array([v]), n, by_u, by_v)
+    by_u, _ = slopes(np.array([u]), np.array([v]), n)
     assert by_u[0] == pytest.approx(exact, rel=1e-7)
 
 
 @pytest.mark.parametrize("n", EXPONENTS)
 def test_nothing_of_nothing(n: float) -> None:
-    zeros, by_u, by_v = np.zeros(3), np.empty(3), np.empty(3)
-    two_point_fluxes(zeros, zeros, n, by_u)
-    assert np.array_equal(by_u, zeros)
-    two_point_slopes(zeros, zeros, n, by_u, by_v)
+    zeros = np.zeros(3)
+    assert np.array_equal(fluxes(zeros, zeros, n), zeros)
+    by_u, by_v = slopes(zeros, zeros, n)
     expected = 0.5 if n == 1 else 0.0
     assert np.allclose(by_u, expected)
     assert np.allclose(by_v, expected)
