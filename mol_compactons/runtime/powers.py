@@ -4,8 +4,9 @@ With x = 2^e m, m between sqrt(1/2) and sqrt(2), and s = (m - 1) / (m + 1),
 
     log2 x = e + (2 / ln 2) (s + s^3/3 + s^5/5 + ...)        x^p = 2^k exp(f ln 2),    p log2 x = k + f
 
-The logarithm is carried in two numbers of which the second is the rounding of the first, so that p may multiply it. The series
-and the exponential are polynomials that interpolate at Chebyshev's points; `tests/runtime/test_powers.py` says how near they are.
+The logarithm is carried in two numbers, the second the rounding of the first, so that p may multiply it. The series
+and the exponential are polynomials that interpolate at Chebyshev's points; `tests/runtime/test_powers.py` says how near they
+are.
 """
 
 from __future__ import annotations
