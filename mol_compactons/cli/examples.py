@@ -22,6 +22,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("plot two_bright.nc -o two_bright.png", "the waterfall and the drift"),
         ("plot two_bright.nc --kind snapshots --times 0,10,20 --window 5:40 --style journal -o fig.pdf", "for a paper"),
         ("plot two_bright.nc --kind map -o map.png", "the space-time map"),
+        ("plot lattice_collision.nc lattice_collision_continuum.nc -o both.png", "a chain as marks on its continuum"),
     ),
     "animate": (
         ("animate two_bright.nc -o two_bright.webp", "a film"),

@@ -84,6 +84,9 @@ def add_plot(commands: Commands) -> None:
     )
     parser.add_argument("result", metavar="FILE.nc|FOLDER")
     parser.add_argument(
+        "beside", nargs="?", metavar="OTHER.nc", help="of snapshots: another result below them, or the continuum of a chain"
+    )
+    parser.add_argument(
         "--kind",
         choices=(*RESULT_KINDS, *STUDY_KINDS),
         help=f"what is drawn: of a result {', '.join(RESULT_KINDS)} (default: waterfall and drift); of a study "
@@ -245,6 +248,7 @@ def _check_options(options: argparse.Namespace, what: str, kinds: Sequence[str])
     require(options.kind is None or options.kind in kinds, f"{options.result} is {what}; {allowed}.")
     given = [name for name in ("times", "window") if getattr(options, name) is not None]
     given += ["style"] if options.style != "screen" else []
+    require(options.beside is None or kinds == RESULT_KINDS, f"{options.result} is {what}; leave out {options.beside}.")
     require(
         not given or kinds == RESULT_KINDS,
         f"{options.result} is {what}; leave out {', '.join(f'--{name}' for name in given)}.",
@@ -268,10 +272,16 @@ def _picture_of(dataset: xr.Dataset, options: argparse.Namespace) -> Figure:
     from mol_compactons.figures import overview, picture, window
 
     part = _window(options.window) if options.window else (None, None)
-    if options.kind is None and not options.times and options.style == "screen":
+    if options.kind is None and not options.times and not options.beside and options.style == "screen":
         return overview(dataset if part == (None, None) else window(dataset, *part))
-    kind = options.kind or ("snapshots" if options.times else "waterfall")
-    return picture(dataset, kind, times=_numbers("--times", options.times), part=part, style=options.style)
+    kind = options.kind or ("snapshots" if options.times or options.beside else "waterfall")
+    times = _numbers("--times", options.times)
+    if not options.beside:
+        return picture(dataset, kind, times=times, part=part, style=options.style)
+    with reading(options.beside), open_result(Path(options.beside)) as other:
+        check_form(other, options.beside)
+        called = Path(options.beside).stem
+        return picture(dataset, kind, times=times, part=part, style=options.style, beside=other, called=called)
 
 
 def _window(text: str) -> tuple[float | None, float | None]:

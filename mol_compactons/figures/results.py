@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
@@ -9,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.analysis.drift import drift
-from mol_compactons.figures.style import LINE
+from mol_compactons.chain.chain import GranularChain
+from mol_compactons.errors import InputError
+from mol_compactons.figures.style import DASHES, LINE
 from mol_compactons.results.reading import arranged, field_names, space_of
+from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,8 +27,18 @@ PROFILES = 40
 LIFT = 0.12
 """The height of the first profile in a waterfall, relative to the time shown."""
 
+FAR = 0.1
+"""A wave whose values are all beyond this, relative to the largest, stays far from zero."""
+
+LEAST_DRIFT = 1e-17
+"""No smaller drift is shown, so that none at all has a place on a logarithmic scale."""
+
 DEEPEST_GAP = 0.5
 """How far below zero a stress is shown, relative to the largest one."""
+
+
+GAPS = "negative_is_a_gap"
+"""The attribute of a stress of which what is negative is the width of a gap."""
 
 
 def profiles(dataset: xr.Dataset, variable: str | None = None) -> xr.DataArray:
@@ -39,7 +53,18 @@ def profiles(dataset: xr.Dataset, variable: str | None = None) -> xr.DataArray:
     """
     dataset = arranged(dataset)
     name = variable or field_names(dataset)[0]
-    return (-dataset[name].diff(space_of(dataset))).rename("R") if name == "Q" else dataset[name]
+    field = (-dataset[name].diff(space_of(dataset))).rename("R") if name == "Q" else dataset[name]
+    return field.assign_attrs({GAPS: True}) if field.name == "R" and _parts(dataset) else field
+
+
+def _parts(dataset: xr.Dataset) -> bool:
+    """Whether grains that have moved apart feel no force, so that a negative stress is a gap and no wave."""
+    try:
+        equation = Simulation.from_json(str(dataset.attrs["simulation"])).equation
+    except InputError:
+        return False
+    apart = np.array([-1.0])
+    return isinstance(equation, GranularChain) and not equation.law.force(apart, np.ones(1)).any()
 
 
 def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> None:
@@ -60,6 +85,8 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     name, space = str(field.name), space_of(dataset)
     frames = field.isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
     times, x, values = frames["t"].values, frames[space].values, shown(frames)
+    base = _base(values)
+    values = values - base
     height = float(np.abs(values[0]).max()) or float(np.abs(values).max()) or 1.0
     scale = LIFT * max(float(times[-1] - times[0]), 1e-300) / height
     curves = times[:, None] + scale * values
@@ -67,14 +94,23 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     # What is nearer hides what is behind: seen from above, or from below where the waves point down.
     below = float(-values.min()) > float(values.max())
     for order, curve in enumerate(curves):
-        nearness = order if below else len(times) - order
+        # Below 1, so that the frame of the axes is in front of what hides.
+        nearness = (order if below else len(times) - order) / (len(times) + 1)
         axes.fill_between(x, curve, top if below else bottom, color="white", zorder=nearness, linewidth=0)
         axes.plot(x, curve, color=LINE, linewidth=0.8, zorder=nearness)
     room = 0.02 * (top - bottom or 1.0)
-    axes.set(xlim=(x[0], x[-1]), ylim=(bottom - room, top + room), xlabel=space, ylabel="t")
-    axes.set_title(f"{name}(t, {space}), lifted by its time")
+    raised = f"{name} - {base:.3g}".replace("- -", "+ ") if base else ""
+    axes.set(xlim=(x[0], x[-1]), ylim=(bottom - room, top + room), xlabel=space, ylabel=f"t, and {raised}" if base else "t")
+    axes.set_title(f"{raised or f'{name}(t, {space})'}, lifted by its time")
     axes.set_yticks([tick for tick in axes.get_yticks() if times[0] <= tick <= times[-1]])
     _amplitude_bar(axes, name, height, scale, float(times[0]))
+
+
+def _base(values: NDArray[np.float64]) -> float:
+    """What is taken from the values of a wave that stays far from zero, so that its profiles begin at their times."""
+    nearest = float(values.min() if values.min() > 0 else values.max())
+    far = values.min() * values.max() > 0 and abs(nearest) > FAR * float(np.abs(values).max()) and np.ptp(values) > 0
+    return nearest if far else 0.0
 
 
 def _amplitude_bar(axes: Axes, name: str, height: float, scale: float, start: float) -> None:
@@ -96,19 +132,26 @@ def shown(field: xr.DataArray) -> NDArray[np.float64]:
     """
     values = np.asarray(field.values, dtype=float)
     high = float(np.nanmax(values)) if values.size else 0.0
-    return np.maximum(values, -DEEPEST_GAP * high) if field.name == "R" and high > 0 else values
+    return np.maximum(values, -DEEPEST_GAP * high) if field.attrs.get(GAPS) and high > 0 else values
+
+
+def label_of(field: xr.DataArray) -> str:
+    """The name of what is shown, and where it is cut off."""
+    lowest = float(shown(field).min()) if field.size else 0.0
+    return f"{field.name}, cut off at {lowest:.2g}" if field.size and lowest > float(field.min()) else str(field.name)
 
 
 def drifts(dataset: xr.Dataset, axes: Axes) -> None:
     """Draw how the conserved quantities drift, on a logarithmic scale."""
     changes = drift(dataset)
-    for name, change in changes.data_vars.items():
-        axes.semilogy(changes["t"][1:], np.maximum(np.abs(change[1:]), 1e-17), label=str(name), linewidth=1)
+    for (name, change), dash in zip(changes.data_vars.items(), itertools.cycle(DASHES), strict=False):
+        axes.semilogy(changes["t"][1:], np.maximum(np.abs(change[1:]), LEAST_DRIFT), dash, label=str(name), linewidth=1)
     axes.set(xlabel="t", ylabel="|relative drift|", title="conserved quantities")
     if changes.data_vars:
-        axes.legend(frameon=False)
+        axes.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3)
     else:
         axes.text(0.5, 0.5, "nothing is conserved", ha="center", transform=axes.transAxes)
+        axes.set(xlabel="", ylabel="", title="", xticks=[], yticks=[])
 
 
 def overview(dataset: xr.Dataset) -> Figure:

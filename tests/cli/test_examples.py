@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from mol_compactons import continuum_of, run
 from mol_compactons.cli.common import simulation_of
 from mol_compactons.cli.examples import EXAMPLES, examples_of, words_of
 from mol_compactons.cli.parser import main, parser
+from mol_compactons.cli.scenarios import load
 from mol_compactons.cli.studies import family_of
 from mol_compactons.cli.sweeps import _refinement, _variation
 
@@ -39,13 +42,17 @@ def test_a_shell_takes_the_lines_of_the_help_as_they_are(command: str, capsys: p
 
 
 def test_those_of_looking_do_what_they_say() -> None:
-    """On a coarse result in the place of the one that they name."""
+    """On coarse results in the place of those that they name."""
     coarse = ["grid.size=200", "t_end=20", "frames=21", "integrator=Rosenbrock()"]
     assert main(["run", "two_bright", "--quiet", *(word for change in coarse for word in ("--set", change))]) == 0
+    chain = replace(load("lattice_collision"), t_end=2.0, frames=5)
+    run(chain, "lattice_collision.nc").close()
+    run(continuum_of(chain, points_per_site=4), "lattice_collision_continuum.nc").close()
     for command in ("plot", "track"):
         for typed, _ in EXAMPLES[command]:
             assert main(words_of(typed)) == 0, typed
-    assert {path.name for path in Path.cwd().iterdir()} == {"two_bright.nc", "two_bright.png", "fig.pdf", "map.png"}
+    pictures = {"two_bright.png", "fig.pdf", "map.png", "both.png"}
+    assert {path.name for path in Path.cwd().iterdir() if path.suffix != ".nc"} == pictures
 
 
 @pytest.mark.parametrize("typed", [typed for typed, _ in EXAMPLES["sweep"]])

@@ -158,12 +158,16 @@ def test_a_picture_of_another_kind_in_a_vector_format(tmp_path: Path, capsys: py
     assert main([*words, pdf, "--kind", "snapshots", "--times", "0,1", "--window", "5:", "--style", "journal"]) == 0
     assert Path(pdf).read_bytes().startswith(b"%PDF")
     assert main([*words, str(tmp_path / "b.svg"), "--times", "0,1"]) == 0
+    assert main(["plot", str(result), str(result), "-o", str(tmp_path / "c.svg")]) == 0
+    assert "one" in (tmp_path / "c.svg").read_text()
     capsys.readouterr()
     for more, sentence in (
         (["--kind", "ladder"], "is a result; choose a --kind among waterfall"),
         (["--times", "a"], "--times a is not understood"),
         (["--window", "5"], "--window 5 is not understood; write FROM:TO"),
         (["--times", "9"], "t = 9 is beyond the result"),
+        ([str(tmp_path / "none.nc")], "none.nc"),
+        ([str(result), "--kind", "map"], "shows one result; leave out the second"),
     ):
         assert main([*words, pdf, *more]) == 2
         assert sentence in capsys.readouterr().err
@@ -179,6 +183,8 @@ def test_options_that_say_nothing_for_what_is_drawn_are_refused(tmp_path: Path, 
         (["chain.nc", "--kind", "schemes"], "has no schemes to compare"),
         (["chain.nc", "--kind", "map"], "is a study; choose a --kind among ladder, schemes"),
         (["chain.nc", "--times", "1"], "is a study; leave out --times"),
+        (["chain.nc", "other.nc"], "is a study; leave out other.nc"),
+        (["s", "other.nc"], "is a sweep; leave out other.nc"),
         (["s", "--kind", "map"], "is a sweep; leave out --kind"),
         (["s", "--window", "1:2", "--style", "journal"], "is a sweep; leave out --window, --style"),
     ):

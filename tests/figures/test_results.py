@@ -1,3 +1,5 @@
+from typing import Any
+
 import matplotlib
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from mol_compactons import (
     run,
 )
 from mol_compactons.analysis.drift import drift
-from mol_compactons.figures.results import DEEPEST_GAP, PROFILES, overview, shown, waterfall
+from mol_compactons.figures.results import DEEPEST_GAP, GAPS, PROFILES, label_of, overview, profiles, shown, waterfall
 from tests.figures.arrangement import places
 from tests.systems import one_compacton
 
@@ -72,6 +74,7 @@ def test_where_nothing_is_conserved_the_picture_says_so() -> None:
     right = overview(dataset).axes[1]
     assert not right.lines
     assert [text.get_text() for text in right.texts] == ["nothing is conserved"]
+    assert not list(right.get_xticks()), "axes without a line have no scale"
 
 
 def test_another_component_can_be_asked_for() -> None:
@@ -129,5 +132,63 @@ def test_waves_that_point_down_are_seen_from_below() -> None:
 
 def test_an_opened_gap_does_not_crush_the_waves() -> None:
     stress = xr.DataArray([[0.0, 1.0, 0.0], [0.0, 0.5, -50.0]], dims=("t", "k"), name="R")
-    assert shown(stress).min() == -DEEPEST_GAP
-    assert shown(stress.rename("W")).min() == -50
+    gap = stress.assign_attrs({GAPS: True})
+    assert shown(gap).min() == -DEEPEST_GAP
+    assert label_of(gap) == "R, cut off at -0.5"
+    assert shown(stress).min() == -50
+    assert label_of(stress) == "R"
+
+
+def one_wave_of_a_chain(kind: Any, sign: int) -> Simulation:
+    return Simulation(
+        equation=GranularChain(PowerContact(n=2, linear=float(kind == "rarefaction"), kind=kind)),
+        grid=Lattice(40),
+        scheme=NearestNeighbours(),
+        initial=[SolitaryWave(speed=1.4, center=15, sign=sign)],
+        t_end=5,
+        frames=6,
+        integrator=Symplectic(step=0.1),
+    )
+
+
+def test_a_dark_wave_of_a_chain_is_no_gap() -> None:
+    """Of contacts that pull, a negative stress is a wave, and is shown whole; of those that part, it is a gap."""
+    dark = run(one_wave_of_a_chain("rarefaction", -1))
+    left = overview(dark).axes[0]
+    assert np.array_equal(shown(profiles(dark)), dark.R.values)
+    assert float(left.texts[0].get_text()) == 1
+    assert GAPS not in dark.R.attrs
+    bright = run(one_wave_of_a_chain("one_sided", 1))
+    assert profiles(bright).attrs[GAPS]
+
+
+def test_the_frame_of_a_waterfall_is_in_front_of_what_hides() -> None:
+    for sign in (-1, 1):
+        left = overview(run(one_compacton(frames=50, sign=sign))).axes[0]
+        frame = min(spine.get_zorder() for spine in left.spines.values())
+        assert all(patch.get_zorder() < frame for patch in left.collections)
+
+
+def test_a_wave_far_from_zero_begins_at_its_time() -> None:
+    """W between 4 and 6 is drawn from its lowest value on, which the picture says."""
+    x, t = np.linspace(0, 6, 60, endpoint=False), np.linspace(0, 10, 11)
+    wave = xr.Dataset({"W": (("t", "x"), 5 + np.sin(x[None, :] - t[:, None]))}, {"t": t, "x": x}, run(one_compacton()).attrs)
+    wave.W.attrs = run(one_compacton()).W.attrs
+    for sign, said in ((1, "W - 4"), (-1, "W + 4")):
+        axes = Figure().subplots()
+        waterfall(wave.assign(W=(sign * wave.W).assign_attrs(wave.W.attrs)), axes)
+        assert axes.get_title() == f"{said}, lifted by its time"
+        assert axes.get_ylabel() == f"t, and {said}"
+        first = np.asarray(axes.lines[0].get_ydata())
+        assert np.abs(first).min() == pytest.approx(0, abs=0.01)
+        assert np.abs(first).max() == pytest.approx(0.12 * 10, rel=0.01)
+
+
+def test_drifts_are_told_apart_in_grey_and_their_legend_covers_nothing() -> None:
+    figure = overview(run(one_compacton(frames=21)))
+    figure.canvas.draw()
+    right = figure.axes[1]
+    assert len({line.get_linestyle() for line in right.lines}) == len(right.lines) == 3
+    legend = right.get_legend()
+    assert legend is not None
+    assert legend.get_window_extent().y1 <= right.get_window_extent().y0

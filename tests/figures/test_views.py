@@ -9,7 +9,20 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from mol_compactons import Compacton, InputError, first_collision, run, track
-from mol_compactons.figures.views import KINDS, SIZES, WIDTHS, paths, picture, portrait, snapshots, spacetime, spectrum, window
+from mol_compactons.figures.views import (
+    KINDS,
+    OUTLINE,
+    SIZES,
+    WIDTHS,
+    _slopes,
+    paths,
+    picture,
+    portrait,
+    snapshots,
+    spacetime,
+    spectrum,
+    window,
+)
 from tests.systems import one_compacton
 
 
@@ -35,9 +48,9 @@ def test_snapshots_are_frames_and_the_exact_wave_stands_beside_them(one: xr.Data
     drawn = panel.lines
     assert [line.get_label() for line in drawn if not line.get_label().startswith("_")] == [
         "t = 0",
-        "exact",
         "t = 2.5",
         "t = 5",
+        "exact",
     ]
     for line, frame in zip(drawn[::2], (0, 5, 10), strict=True):
         np.testing.assert_array_equal(line.get_ydata(), one.W.values[frame])
@@ -45,6 +58,9 @@ def test_snapshots_are_frames_and_the_exact_wave_stands_beside_them(one: xr.Data
         assert np.abs(line.get_ydata() - one.W.sel(t=t).values).max() < 0.3
         assert float(line.get_ydata().max()) == pytest.approx(np.sqrt(2), rel=0.01)
     assert len({line.get_linestyle() for line in drawn[::2]}) == 3, "told apart in grey"
+    for computed, known in zip(drawn[::2], drawn[1::2], strict=True):
+        assert computed.get_zorder() > known.get_zorder()
+        assert computed.get_linewidth() < known.get_linewidth() / 2, "the exact wave is seen on both sides of its line"
     with pytest.raises(InputError, match="t = 7 is beyond the result, which goes from 0 to 5"):
         snapshots(one, axes(), (7,))
 
@@ -69,6 +85,34 @@ def test_the_map_has_the_values_of_the_field(one: xr.Dataset) -> None:
     assert low == -high
 
 
+def test_another_result_is_drawn_below_at_the_times_of_the_first(one: xr.Dataset) -> None:
+    """Between its frames by interpolation: here its frames are every second one of the first."""
+    coarse = one.isel(t=slice(0, None, 2))
+    panel = axes()
+    snapshots(one, panel, (0, 2.5, 5), beside=coarse, called="coarse")
+    below = panel.lines[1::2]
+    np.testing.assert_array_equal(below[0].get_ydata(), one.W.values[0])
+    np.testing.assert_allclose(below[1].get_ydata(), (one.W.values[4] + one.W.values[6]) / 2)
+    np.testing.assert_array_equal(below[2].get_ydata(), one.W.values[10])
+    assert below[-1].get_label() == "coarse"
+    with pytest.raises(InputError, match="t = 5 is beyond the second result, which goes from 0 to 3"):
+        snapshots(one, axes(), (0, 5), beside=one.isel(t=slice(0, 7)))
+
+
+def test_below_zero_is_outlined_in_a_map(pair: xr.Dataset) -> None:
+    """Both ends of the colours are dark in grey. Around a dark wave there is a dashed line at a quarter of its depth."""
+    dark = pair.assign(W=(-pair.W).assign_attrs(pair.W.attrs))
+    lines = {}
+    for name, dataset in (("bright", pair), ("dark", dark)):
+        panel = axes()
+        spacetime(dataset, panel)
+        lines[name] = panel.collections[1:]
+    assert not lines["bright"]
+    (outline,) = lines["dark"]
+    assert outline.levels == pytest.approx([-OUTLINE * float(pair.W.max())])
+    assert outline.get_linestyle()[0][1] is not None, "dashed"
+
+
 def test_paths_are_those_of_track_around_the_ring(pair: xr.Dataset) -> None:
     panel = axes()
     paths(pair, panel)
@@ -91,6 +135,34 @@ def test_the_spectrum_is_the_fourier_transform(one: xr.Dataset) -> None:
         sizes = np.abs(np.fft.rfft(one.W.values[frame]))[1:] / 150
         np.testing.assert_allclose(line.get_ydata(), np.maximum(sizes, 1e-18))
         assert line.get_xdata()[0] == pytest.approx(2 * np.pi / 30)
+
+
+def test_rounding_errors_do_not_crush_the_spectrum(one: xr.Dataset) -> None:
+    """Two equal waves half a period apart have no odd coefficients, and no wave has none at all."""
+    twice = one.W.values[-1] + np.roll(one.W.values[-1], 75)
+    values = np.stack([np.zeros(150), twice])
+    double = one.isel(t=[0, -1]).assign(W=(("t", "x"), values, one.W.attrs))
+    panel = axes()
+    spectrum(double, panel)
+    still, moving = panel.lines
+    assert (still.get_label(), np.size(still.get_xdata())) == ("t = 0: zero", 0)
+    numbers = np.asarray(moving.get_xdata()) * 30 / (2 * np.pi)
+    np.testing.assert_allclose(numbers % 2, 0, atol=1e-9)
+    assert np.asarray(moving.get_ydata()).min() > 1e-16
+
+
+def test_small_ticks_have_the_size_of_large_ones(one: xr.Dataset) -> None:
+    figure = picture(one, "spectrum", style="journal")
+    figure.canvas.draw()
+    ticks = figure.axes[0].yaxis.get_minor_ticks() + figure.axes[0].yaxis.get_major_ticks()
+    assert {tick.label1.get_fontsize() for tick in ticks} == {SIZES["journal"] - 1}
+
+
+def test_a_portrait_of_a_period_is_closed() -> None:
+    """W = sqrt(2 + cos x): W W_x = -sin(x) / 2, at the ends of the period too."""
+    x = 2 * np.pi / 200 * np.arange(200)
+    w = np.sqrt(2 + np.cos(x + 1))
+    np.testing.assert_allclose(_slopes(w[None, :], x, 2 * np.pi)[0] * w, -np.sin(x + 1) / 2, atol=1e-3)
 
 
 def test_the_portrait_of_a_compacton_of_n_3_is_half_an_ellipse(one: xr.Dataset) -> None:
@@ -130,6 +202,7 @@ def test_a_window_is_a_part(one: xr.Dataset) -> None:
         ({"kind": "map", "style": "poster"}, "no style 'poster'"),
         ({"kind": "paths", "part": (1, 2)}, "shows the whole line"),
         ({"kind": "map", "times": [1.0]}, "shows all times"),
+        ({"kind": "map", "beside": xr.Dataset()}, "shows one result; leave out the second"),
     ],
 )
 def test_bad_input_is_named(one: xr.Dataset, arguments: dict[str, Any], words: str) -> None:
