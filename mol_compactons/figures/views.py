@@ -30,7 +30,7 @@ SIGNED = 0.02
 OUTLINE = 0.25
 """How far below zero, relative to the largest value, a dashed line is drawn in a map."""
 
-ROUNDING = 1e-15
+ROUNDING = 1e-14
 """Fourier coefficients smaller than this are rounding errors, relative to the largest one."""
 
 SIZES = {"screen": 10.0, "journal": 8.0, "journal-wide": 8.0}

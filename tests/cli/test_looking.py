@@ -166,10 +166,14 @@ def test_a_picture_of_another_kind_in_a_vector_format(tmp_path: Path, capsys: py
         (["--times", "a"], "--times a is not understood"),
         (["--window", "5"], "--window 5 is not understood; write FROM:TO"),
         (["--times", "9"], "t = 9 is beyond the result"),
-        ([str(tmp_path / "none.nc")], "none.nc"),
-        ([str(result), "--kind", "map"], "shows one result; leave out the second"),
     ):
         assert main([*words, pdf, *more]) == 2
+        assert sentence in capsys.readouterr().err
+    for second, more, sentence in (
+        (str(tmp_path / "none.nc"), [], "There is no file"),
+        (str(result), ["--kind", "map"], "shows one result; leave out the second"),
+    ):
+        assert main(["plot", str(result), second, *words[2:], pdf, *more]) == 2
         assert sentence in capsys.readouterr().err
 
 
