@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def convergence_overview(tree: xr.DataTree) -> Figure:
     """For each quantity of a study the distance of each member from its limit for h -> 0, against h.
 
-    Solid lines have the slopes 1, 2 and 4, broken ones are the error bars of the limits.
+    Pale lines have the slopes 1, 2 and 4, broken ones without marks are the error bars of the limits.
 
     Parameters
     ----------
@@ -36,8 +36,10 @@ def convergence_overview(tree: xr.DataTree) -> Figure:
         _ladder_panel(ladder.sel(quantity=quantity), summary.sel(quantity=quantity), axes)
     for axes in panels[quantities.size :]:
         axes.axis("off")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
+    for axes in panels[::4]:
+        axes.set_ylabel("relative distance from the limit", fontsize=8)
+    handles = {label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2, frameon=False, fontsize=8)
     figure.suptitle(str(tree.attrs["title"]), fontsize="medium", wrap=True, parse_math=False)
     return figure
 
@@ -46,15 +48,21 @@ def _ladder_panel(ladder: xr.Dataset, summary: xr.Dataset, axes: Axes) -> None:
     spacing = ladder["spacing"].values
     lines = ladder["distance"].stack(line=("limit", "scheme", "viscosity")).transpose("line", "size")
     known = np.isfinite(lines.values).any(axis=1)
-    for color, (line, values) in enumerate(zip(lines["line"].values[known], lines.values[known], strict=True)):
-        label = f"{line[0]}, {line[1]}, viscosity {line[2]:g}"
+    for number, (line, values) in enumerate(zip(lines["line"].values[known], lines.values[known], strict=True)):
         axes.loglog(
-            spacing, np.where(values > 0, values, np.nan), "o-", color=f"C{color % 10}", markersize=3, linewidth=1, label=label
+            spacing,
+            np.where(values > 0, values, np.nan),
+            marker=MARKERS[number % len(MARKERS)],
+            linestyle=DASHES[number % len(DASHES)],
+            color=f"C{number % 10}",
+            markersize=4,
+            linewidth=1,
+            label=f"{line[0]}, {line[1]}, viscosity {line[2]:g}",
         )
-    for name, marker in zip(summary["limit"].values, (":", "--", "-."), strict=False):
+    for name, dash in zip(summary["limit"].values, (":", "--", "-."), strict=False):
         bar = float((summary["error"] / summary["scale"]).sel(limit=name))
         if np.isfinite(bar) and bar > 0:
-            axes.axhline(bar, color="grey", linestyle=marker, linewidth=0.8)
+            axes.axhline(bar, color="grey", linestyle=dash, linewidth=0.8, label=f"error bar of the limit, {name}")
     top = np.nanmax(lines.values) if known.any() else 1.0
     for slope in (1, 2, 4):
         axes.loglog(spacing, max(top, 1e-16) * (spacing / spacing.max()) ** slope, color="lightgrey", linewidth=0.6, zorder=0)

@@ -6,6 +6,7 @@ import xarray as xr
 
 from mol_compactons import CompactScheme, ConservativeScheme, Family, InputError, judge
 from mol_compactons.figures import convergence_overview, scheme_errors, schemes_overview
+from mol_compactons.figures.style import MARKERS
 from tests.figures.arrangement import places
 from tests.studies.by_hand import spacing, study
 
@@ -18,7 +19,7 @@ def test_the_distances_of_the_ladder_are_drawn_against_the_spacing() -> None:
     assert list(panels) == quantities
     assert places(figure) == [(0, column) for column in range(4)]
     assert len(quantities) <= 4
-    (line, *others) = [line for line in panels["profile"].lines if line.get_marker() == "o"]
+    (line, *others) = [line for line in panels["profile"].lines if line.get_marker() in tuple(MARKERS)]
     h, distance = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
     assert h.tolist() == [0.5, 0.25, 0.125]
     assert np.polyfit(np.log(h), np.log(distance), 1)[0] == pytest.approx(2, abs=1e-3)
@@ -32,7 +33,12 @@ def test_each_limit_and_viscosity_has_a_line_with_its_name() -> None:
     family = Family(schemes=(ConservativeScheme(), CompactScheme()), viscosities=(2e-3, 1e-3), grid_viscosities=(0.1,))
     figure = convergence_overview(judge(study(lambda member: 1e-3 * spacing(member), family)))
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert len(labels) == len(set(labels)) == 6
+    bars = [label for label in labels if label.startswith("error bar of the limit, ")]
+    assert len(labels) == len(set(labels)) == 6 + len(bars)
+    assert len(bars) == 2
+    marked = [line for line in figure.axes[0].lines if line.get_marker() in tuple(MARKERS)]
+    assert len({(line.get_marker(), line.get_linestyle()) for line in marked}) == 6, "told apart in grey"
+    assert figure.axes[0].get_ylabel() == "relative distance from the limit"
     assert "conservative, ConservativeScheme(order=4), viscosity 0.1" in labels
     assert "viscous, CompactScheme(second_difference=wide), viscosity 0.001" in labels
 
