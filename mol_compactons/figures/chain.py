@@ -43,7 +43,7 @@ def side_by_side(comparison: xr.Dataset | Mapping[str, xr.Dataset], continuum: x
         panels[-1].plot(chain.t, chain.distance, color="black" if len(chains) == 1 else colour, linewidth=1)
     panels[0].legend(frameon=False)
     panels[-2].set_xlabel("k")
-    panels[-1].set(xlabel="t", ylabel="relative L2 distance")
+    panels[-1].set(xlabel="t", ylabel="relative\nL2 distance")
     return figure
 
 

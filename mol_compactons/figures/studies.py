@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mol_compactons.errors import require
 from mol_compactons.figures.style import DASHES, MARKERS
@@ -63,15 +64,25 @@ def _ladder_panel(ladder: xr.Dataset, summary: xr.Dataset, axes: Axes) -> None:
         bar = float((summary["error"] / summary["scale"]).sel(limit=name))
         if np.isfinite(bar) and bar > 0:
             axes.axhline(bar, color="grey", linestyle=dash, linewidth=0.8, label=f"error bar of the limit, {name}")
-    top = np.nanmax(lines.values) if known.any() else 1.0
-    for slope in (1, 2, 4):
-        axes.loglog(spacing, max(top, 1e-16) * (spacing / spacing.max()) ** slope, color="lightgrey", linewidth=0.6, zorder=0)
+    _guides(spacing, lines.values, axes)
     verdicts = ", ".join(str(word) for word in summary["verdict"].values)
     axes.set_title(f"{ladder['quantity'].item()}: {verdicts}", fontsize=9)
     axes.set_xlabel("h", fontsize=8)
     axes.set_xticks(spacing, [f"{h:.3g}" for h in spacing])
     axes.minorticks_off()
-    axes.tick_params(labelsize=7)
+    axes.tick_params(which="both", labelsize=7)
+
+
+def _guides(spacing: NDArray[np.float64], values: NDArray[np.float64], axes: Axes) -> None:
+    """The slopes 1, 2 and 4, which leave the heights of the axes to what is measured."""
+    measured = values[np.isfinite(values) & (values > 0)]
+    if not measured.size:
+        axes.text(0.5, 0.5, "no distance is known", ha="center", transform=axes.transAxes, fontsize=8)
+    bars = [float(np.asarray(line.get_ydata())[0]) for line in axes.lines if line.get_color() == "grey"]
+    seen = [*measured.tolist(), *bars] or [1.0]
+    for slope in (1, 2, 4) if measured.size else ():
+        axes.loglog(spacing, measured.max() * (spacing / spacing.max()) ** slope, color="lightgrey", linewidth=0.6, zorder=0)
+    axes.set(xscale="log", yscale="log", ylim=(0.5 * min(seen), 2 * max(seen)))
 
 
 def schemes_overview(table: xr.Dataset) -> Figure:
@@ -99,7 +110,7 @@ def schemes_overview(table: xr.Dataset) -> Figure:
         for axes, across, up in labels:
             axes.set(xlabel=across, ylabel=up)
             axes.set_title(title, fontsize=9)
-            axes.tick_params(labelsize=8)
+            axes.tick_params(which="both", labelsize=8)
     lines, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     figure.suptitle(str(table.attrs.get("title", "")), fontsize="medium", wrap=True, parse_math=False)
@@ -161,7 +172,7 @@ def scheme_errors(table: xr.Dataset) -> Figure:
     for (title, row), axes in zip(rows, panels, strict=False):
         _error_panel(row, axes)
         axes.set_title(title, fontsize=9)
-        axes.tick_params(labelsize=8)
+        axes.tick_params(which="both", labelsize=8)
     for axes in panels[::across]:
         axes.set_ylabel("relative L2 error")
     for axes in panels[-across:]:

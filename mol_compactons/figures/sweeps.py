@@ -80,7 +80,7 @@ def sweep_panel(quantity: xr.DataArray, axes: Axes) -> None:
         axes.set_yscale("log")
     axes.set_title(quantity.attrs.get("long_name", quantity.name), fontsize=9, parse_math=False)
     axes.set_xlabel(str(quantity.coords[first].attrs.get("field", first)) if first in quantity.coords else first, fontsize=8)
-    axes.tick_params(labelsize=7)
+    axes.tick_params(which="both", labelsize=7)
 
 
 def _places(quantity: xr.DataArray, first: str) -> tuple[Any, bool]:

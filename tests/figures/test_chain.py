@@ -53,6 +53,8 @@ def test_dots_on_a_line_at_each_time_and_their_distance() -> None:
     assert second.get_title() == "t = 1.5"
     assert np.array_equal(np.asarray(last.lines[0].get_ydata()), comparison.distance.values)
     figure.canvas.draw()
+    label, panel = last.yaxis.label.get_window_extent(), last.get_window_extent()
+    assert panel.y0 <= label.y0 < label.y1 <= panel.y1, "the name of the axis is no longer than the axis"
 
 
 def test_several_chains_beside_one_continuum() -> None:
