@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mol_compactons.errors import require
-from mol_compactons.figures.style import DASHES, MARKERS
+from mol_compactons.figures.style import told_apart
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -50,16 +50,8 @@ def _ladder_panel(ladder: xr.Dataset, summary: xr.Dataset, axes: Axes) -> None:
     lines = ladder["distance"].stack(line=("limit", "scheme", "viscosity")).transpose("line", "size")
     known = np.isfinite(lines.values).any(axis=1)
     for number, (line, values) in enumerate(zip(lines["line"].values[known], lines.values[known], strict=True)):
-        axes.loglog(
-            spacing,
-            np.where(values > 0, values, np.nan),
-            marker=MARKERS[number % len(MARKERS)],
-            linestyle=DASHES[number % len(DASHES)],
-            color=f"C{number % 10}",
-            markersize=4,
-            linewidth=1,
-            label=f"{line[0]}, {line[1]}, viscosity {line[2]:g}",
-        )
+        label = f"{line[0]}, {line[1]}, viscosity {line[2]:g}"
+        axes.loglog(spacing, np.where(values > 0, values, np.nan), label=label, **told_apart(number))
     for name, dash in zip(summary["limit"].values, (":", "--", "-."), strict=False):
         bar = float((summary["error"] / summary["scale"]).sel(limit=name))
         if np.isfinite(bar) and bar > 0:
@@ -83,6 +75,7 @@ def _guides(spacing: NDArray[np.float64], values: NDArray[np.float64], axes: Axe
     for slope in (1, 2, 4) if measured.size else ():
         axes.loglog(spacing, measured.max() * (spacing / spacing.max()) ** slope, color="lightgrey", linewidth=0.6, zorder=0)
     axes.set(xscale="log", yscale="log", ylim=(0.5 * min(seen), 2 * max(seen)))
+    axes.set_xlim(0.9 * spacing.min(), 1.1 * spacing.max())
 
 
 def schemes_overview(table: xr.Dataset) -> Figure:
@@ -140,16 +133,7 @@ def _scheme_lines(across: xr.DataArray, up: xr.DataArray, axes: Axes) -> None:
     for number, scheme in enumerate(up["scheme"].values):
         x: Any = across.sel(scheme=scheme) if "scheme" in across.dims else across
         y = up.sel(scheme=scheme).values
-        axes.loglog(
-            x.values,
-            np.where(y > 0, y, np.nan),
-            marker=MARKERS[number % len(MARKERS)],
-            linestyle=DASHES[number % len(DASHES)],
-            color=f"C{number % 10}",
-            markersize=4,
-            linewidth=1,
-            label=str(scheme),
-        )
+        axes.loglog(x.values, np.where(y > 0, y, np.nan), label=str(scheme), **told_apart(number))
     if "scheme" not in across.dims:
         axes.set_xticks(across.values, [f"{value:g}" for value in across.values])
         axes.minorticks_off()

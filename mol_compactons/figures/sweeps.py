@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mol_compactons.figures.style import MARKERS
+from mol_compactons.figures.style import told_apart
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,17 +68,16 @@ def sweep_panel(quantity: xr.DataArray, axes: Axes) -> None:
     known = [index for index in range(others.sizes["line"]) if np.isfinite(others.values[:, index]).any()]
     for number, index in enumerate(known[:MOST_LINES]):
         label = _label(others, index, quantity.dims[1:])
-        marker = MARKERS[number % len(MARKERS)]
-        axes.plot(
-            along, others.values[:, index], marker=marker, markersize=4, linewidth=1, color=f"C{number % 10}", label=label
-        )
+        axes.plot(along, others.values[:, index], label=label, **told_apart(number))
     if numeric and _spans_decades(along):
         axes.set_xscale("log")
     if not numeric:
         axes.set_xticks(along, [str(value) for value in quantity[first].values], rotation=20)
     if _spans_decades(others.values):
         axes.set_yscale("log")
-    axes.set_title(quantity.attrs.get("long_name", quantity.name), fontsize=9, parse_math=False)
+    units = str(quantity.attrs.get("units", "1"))
+    title = str(quantity.attrs.get("long_name", quantity.name)) + ("" if units == "1" else f" [{units}]")
+    axes.set_title(title, fontsize=9, parse_math=False)
     axes.set_xlabel(str(quantity.coords[first].attrs.get("field", first)) if first in quantity.coords else first, fontsize=8)
     axes.tick_params(which="both", labelsize=7)
 

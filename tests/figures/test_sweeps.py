@@ -25,6 +25,7 @@ def test_each_quantity_is_drawn_against_the_first_axis_with_a_line_for_each_of_t
     assert np.asarray(drift.lines[1].get_ydata()) == pytest.approx([1e-3, 1e-4, 1e-5])
     assert (drift.get_yscale(), speed.get_yscale(), drift.get_xscale()) == ("log", "linear", "linear")
     assert len(speed.lines) == 4
+    assert len({(line.get_marker(), line.get_linestyle()) for line in speed.lines}) == 4, "told apart in grey"
     assert drift.get_xlabel() == "grid.size"
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels[:2] == ["viscosity 0.0001", "viscosity 0.01"]
@@ -35,6 +36,7 @@ def test_each_quantity_is_drawn_against_the_first_axis_with_a_line_for_each_of_t
 def test_words_stand_below_their_members_and_what_is_not_known_is_left_out() -> None:
     plan = product(small(), {"integrator": ["Rosenbrock()", "IDA()"]}).described()
     figure = sweep_overview(table(plan, [row([[0]], height=1.0), row([[1]], "failed")]))
+    assert "how long the member took [s]" in [axes.get_title() for axes in figure.axes]
     assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == ["Rosenbrock()", "IDA()"]
     assert not figure.legends
     members = together(small(), {"grid.size": [60, 80], "t_end": [1, 2]}).described()
