@@ -60,7 +60,7 @@ def profiles(dataset: xr.Dataset, variable: str | None = None) -> xr.DataArray:
 def _parts(dataset: xr.Dataset) -> bool:
     """Whether grains that have moved apart feel no force, so that a negative stress is a gap and no wave."""
     try:
-        equation = Simulation.from_json(str(dataset.attrs["simulation"])).equation
+        equation = Simulation.from_json(str(dataset.attrs.get("simulation", ""))).equation
     except InputError:
         return False
     apart = np.array([-1.0])

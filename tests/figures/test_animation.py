@@ -147,9 +147,23 @@ def test_any_title_can_stand_in_a_film(pair: xr.Dataset, tmp_path: Path) -> None
 
 def test_an_opened_gap_does_not_crush_the_rest() -> None:
     values = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, -50.0]])
-    result = xr.Dataset({"R": (("t", "k"), values)}, {"t": [0.0, 1.0], "k": [0, 1, 2]})
-    (one,) = courses([result], ["gap"])
-    assert one.limits == pytest.approx((-0.5 - 0.09, 1.09))
+    limits = {}
+    for kind in ("one_sided", "odd"):
+        law = PowerContact(1.5, kind=kind)  # type: ignore[arg-type]
+        chain = Simulation(
+            equation=GranularChain(law),
+            grid=Lattice(20),
+            scheme=NearestNeighbours(),
+            initial=[Compacton(1, 10)],
+            t_end=1,
+            frames=2,
+        )
+        attributes = {"simulation": chain.to_json()}
+        result = xr.Dataset({"R": (("t", "k"), values)}, {"t": [0.0, 1.0], "k": [0, 1, 2]}, attributes)
+        (one,) = courses([result], [kind])
+        limits[kind] = one.limits
+    assert limits["one_sided"] == pytest.approx((-0.5 - 0.09, 1.09))
+    assert limits["odd"][0] < -50, "of contacts that pull it is a wave"
 
 
 @pytest.mark.parametrize(

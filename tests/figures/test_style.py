@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import pairwise
+
 from matplotlib.colors import is_color_like
 from matplotlib.lines import Line2D, lineStyles
 
@@ -17,5 +19,5 @@ def test_lines_differ_in_their_marks_as_long_as_there_are_marks() -> None:
     """Neighbours differ in their dashes too."""
     made = [told_apart(number) for number in range(len(MARKERS))]
     assert len({one["marker"] for one in made}) == len(MARKERS)
-    assert all(one["linestyle"] != following["linestyle"] for one, following in zip(made, made[1:], strict=False))
+    assert all(one["linestyle"] != following["linestyle"] for one, following in pairwise(made))
     assert Line2D([], [], **told_apart(len(MARKERS))).get_marker() == MARKERS[0]
