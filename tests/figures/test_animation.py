@@ -149,7 +149,7 @@ def test_an_opened_gap_does_not_crush_the_rest() -> None:
     values = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, -50.0]])
     limits = {}
     for kind in ("one_sided", "odd"):
-        law = PowerContact(1.5, kind=kind)  # type: ignore[arg-type]
+        law = PowerContact(1.5, kind=kind)
         chain = Simulation(
             equation=GranularChain(law),
             grid=Lattice(20),
