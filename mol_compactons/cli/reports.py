@@ -41,4 +41,4 @@ def _report(options: argparse.Namespace) -> None:
     )
     check_target(path, options.overwrite)
     write_report(result, path, continuum=options.continuum, overwrite=options.overwrite)
-    remark(f"wrote {path}: {path.stat().st_size / 2**20:.1f} MB")
+    remark(f"wrote {path}: {path.stat().st_size / 1e6:.1f} MB")

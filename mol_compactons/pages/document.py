@@ -72,11 +72,14 @@ class Table:
         Of its columns; the first names the rows.
     rows : sequence of sequences of str
         Its cells.
+    sortable : bool
+        Whether a reader may sort its rows by any column.
     """
 
     caption: str
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
+    sortable: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +138,8 @@ class Moving:
     @property
     def encoded(self) -> str:
         """All values as little-endian 32-bit floats in base64."""
-        flat = np.concatenate([np.ravel(values) for _, _, values in self.series]).astype("<f4")
+        with np.errstate(over="ignore"):  # what is beyond these floats is a gap in the picture
+            flat = np.concatenate([np.ravel(values) for _, _, values in self.series]).astype("<f4")
         return base64.b64encode(flat.tobytes()).decode()
 
     @property

@@ -1,6 +1,7 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const drawn = [];
+const night = matchMedia("(prefers-color-scheme: dark)");
 
 function look(layout) {
   const style = getComputedStyle(document.documentElement);
@@ -12,16 +13,42 @@ function look(layout) {
   return changes;
 }
 
+function scale(trace) {
+  return trace.meta ? trace.meta[night.matches ? "night" : "day"] : trace.colorscale;
+}
+
 function draw(name, figure) {
+  for (const trace of figure.data.filter((one) => one.meta)) trace.colorscale = scale(trace);
+  if (matchMedia("(pointer: coarse)").matches) figure.layout.dragmode = false; // a finger scrolls the page
   const place = document.getElementById(name);
   const ready = Plotly.newPlot(place, figure.data, figure.layout, {displayModeBar: false, responsive: true});
   drawn.push(place);
   return ready.then(() => Plotly.relayout(place, look(figure.layout)));
 }
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-  for (const place of drawn) Plotly.relayout(place, look(place.layout));
+night.addEventListener("change", () => {
+  for (const place of drawn) {
+    place.data.forEach((trace, index) => { if (trace.meta) Plotly.restyle(place, {colorscale: [scale(trace)]}, index); });
+    Plotly.relayout(place, look(place.layout));
+  }
 });
+
+function inOrder(one, other) {
+  if (one === "" || other === "") return (one === "") - (other === "");
+  return one - other || one.localeCompare(other);
+}
+
+function sort(heading) {
+  const turned = heading.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+  for (const other of heading.parentElement.cells) other.removeAttribute("aria-sort");
+  heading.setAttribute("aria-sort", turned > 0 ? "ascending" : "descending");
+  const body = heading.closest("table").tBodies[0], cell = (row) => row.cells[heading.cellIndex].textContent;
+  body.append(...Array.from(body.rows).sort((one, other) => turned * inOrder(cell(one), cell(other))));
+}
+
+for (const button of document.querySelectorAll("thead button")) {
+  button.addEventListener("click", () => sort(button.parentElement));
+}
 
 function choose(select, picture) {
   const seen = new Set(picture.choices[select.value]);
@@ -49,7 +76,8 @@ function move({t, places, profile, map}) {
     slider.setAttribute("aria-valuetext", told);
     now.textContent = told;
     Plotly.restyle("profile", {y: rows.map((series) => series[frame])});
-    Plotly.relayout("map", {"shapes[0].y0": t[frame], "shapes[0].y1": t[frame]});
+    // A whole shape moves alone; with a part of one, plotly draws the map again, which takes a hundred times as long.
+    Plotly.relayout("map", {shapes: [{...map.layout.shapes[0], y0: t[frame], y1: t[frame]}]});
   }
 
   function stop() {

@@ -14,9 +14,11 @@ COLOURS = ("#3b82c4", "#e07b39", "#3a9d6e", "#b56bb0", "#b08a00", "#8a8f98")
 """Of one line after the other, on white as on black."""
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
-FEW_DECADES = 200.0
 
 SYMBOLS = ("circle", "square", "diamond", "cross", "triangle-up", "x")
+
+MOST_POINTS = 600
+"""How many points of a series in time are drawn."""
 
 
 def library() -> Any:
@@ -60,14 +62,15 @@ def figure(across: str, up: str, *, log: str = "") -> Any:
     return drawn
 
 
-def settled(drawn: Any) -> Any:
-    """A figure whose logarithmic axes have ticks at 1, or at 1, 2 and 5, as these have room."""
-    for axis in "xy":
-        settings = drawn.layout[f"{axis}axis"]
-        values = [value for one in drawn.data for value in (one[axis] or ()) if isinstance(value, int | float) and value > 0]
-        if settings.type == "log" and values:
-            settings.dtick = "D2" if max(values) < FEW_DECADES * min(values) else 1
-    return drawn
+def some(count: int, most: int) -> Any:
+    """The places of at most so many of some things, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, max(most, 2))).round().astype(int))
+
+
+def drawn_of(count: int) -> tuple[Any, str]:
+    """Which points of a series in time are drawn, and a sentence on that where some are left out."""
+    places = some(count, MOST_POINTS)
+    return places, f" Drawn are {places.size} of {count} points." if places.size < count else ""
 
 
 def add_line(

@@ -15,10 +15,12 @@ from mol_compactons.analysis.drift import drift
 from mol_compactons.analysis.summary import TRACK_COLUMNS, contents, cost, kept, waves_of
 from mol_compactons.analysis.tracking import track
 from mol_compactons.errors import InputError, require
+from mol_compactons.figures.results import profiles
+from mol_compactons.figures.results import shown as cut_off
 from mol_compactons.pages.document import Array, Moving, Page, Picture, Section, Table
-from mol_compactons.pages.plots import add_line, figure, plain, settled
+from mol_compactons.pages.plots import add_line, drawn_of, figure, plain, some
 from mol_compactons.results.form import settings_of
-from mol_compactons.results.reading import arranged, field_names, space_of
+from mol_compactons.results.reading import arranged, space_of
 from mol_compactons.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -31,6 +33,9 @@ MOST_NUMBERS = 500_000
 ROUND_OFF = 1e-15
 """Drifts below are not drawn."""
 
+MOST_WAVES = 12
+"""How many waves have a line."""
+
 HEADINGS = {
     "wave": "wave",
     "first_seen": "seen since t",
@@ -42,6 +47,15 @@ HEADINGS = {
     "residual": "misfit of the profile",
     "compacton": "compacton",
 }
+
+BY_DAY, BY_NIGHT = (
+    [[place / 4, colour] for place, colour in enumerate(colours)]
+    for colours in (
+        ("#0b3d6e", "#6aa5cf", "#f7f7f7", "#e48a6a", "#8c1a22"),
+        ("#9fd0ff", "#2f6fa8", "#14171b", "#b5482f", "#ffb59a"),
+    )
+)
+"""The colours of fields of both signs: zero is the paper, in light and in dark."""
 
 SEEN = "The page is drawn by plotly; the numbers are those that mol-compactons track, doctor and info tell."
 
@@ -79,39 +93,40 @@ def page_of_result(dataset: xr.Dataset, status: str, continuum: xr.Dataset | Non
 
 def moving_of(dataset: xr.Dataset, continuum: xr.Dataset | None = None) -> tuple[Moving, list[str]]:
     """The first field of a result in motion, and what is said of what was left out of it."""
-    name, space = field_names(dataset)[0], space_of(dataset)
-    frames = _some(dataset.sizes["t"], MOST_FRAMES)
+    field, space = profiles(dataset), space_of(dataset)
+    name = str(field.name)
+    frames = some(dataset.sizes["t"], MOST_FRAMES)
     room = MOST_NUMBERS // (frames.size * (1 if continuum is None else 2))
-    points = _some(dataset.sizes[space], room)
-    shown = dataset[name].isel({"t": frames, space: points})
+    points = some(field.sizes[space], room)
+    shown = field.isel({"t": frames, space: points})
     t, x = shown["t"].values, shown[space].values
     series: list[tuple[str, Array, Array]] = [("chain" if continuum is not None else name, x, shown.values)]
     if continuum is not None:
         line = on_lattice(continuum, dataset.attrs["simulation"])
-        line = line.isel(x=_some(line.sizes["x"], room)).interp(t=np.minimum(t, float(line["t"].max())))
+        line = line.isel(x=some(line.sizes["x"], room)).interp(t=np.minimum(t, float(line["t"].max())))
         series.append(("continuum", line["x"].values, line.values))
     told = []
-    if frames.size < dataset.sizes["t"] or points.size < dataset.sizes[space]:
-        shares = f"{frames.size} of {dataset.sizes['t']} frames and {points.size} of {dataset.sizes[space]} points"
+    if frames.size < dataset.sizes["t"] or points.size < field.sizes[space]:
+        shares = f"{frames.size} of {dataset.sizes['t']} frames and {points.size} of {field.sizes[space]} points"
         told = [f"Shown in motion are {shares}."]
-    low, high = (float(limit(values)) for limit, values in ((np.nanmin, shown.values), (np.nanmax, shown.values)))
+    low, high = _limits(shown.values)
     caption = (
         f"{name} along {space} from {x[0]:.4g} to {x[-1]:.4g} and t from {t[0]:.4g} to {t[-1]:.4g}; it lies between "
         f"{low:.4g} and {high:.4g}."
     )
-    return Moving(name, space, t, series, _profile(name, space, series), _map(name, space, shown, (low, high)), caption), told
+    return Moving(name, space, t, series, _profile(name, space, series), _map(name, space, shown), caption), told
 
 
-def _some(count: int, most: int) -> Any:
-    """The places of at most so many of some things, the first and the last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, max(most, 2))).round().astype(int))
+def _limits(*groups: Array) -> tuple[float, float]:
+    """The smallest and the largest of the values that are finite; 0 and 0 where none is."""
+    finite = np.concatenate([values[np.isfinite(values)] for values in groups])
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
 
 
 def _profile(name: str, space: str, series: Sequence[tuple[str, Array, Array]]) -> Any:
     """The profile, whose values come later."""
     drawn = figure(space, name)
-    low = min(float(np.nanmin(values)) for _, _, values in series)
-    high = max(float(np.nanmax(values)) for _, _, values in series)
+    low, high = _limits(*(_cut_off(name, values) for _, _, values in series))
     room = 0.06 * ((high - low) or 1.0)
     for number, (label, x, _) in enumerate(series):
         sites = len(series) > 1 and number == 0
@@ -122,14 +137,21 @@ def _profile(name: str, space: str, series: Sequence[tuple[str, Array, Array]]) 
     return drawn
 
 
-def _map(name: str, space: str, shown: xr.DataArray, limits: tuple[float, float]) -> Any:
+def _cut_off(name: str, values: Array) -> Array:
+    """The values as pictures show them, where these are finite."""
+    import xarray as xr
+
+    return cut_off(xr.DataArray(np.where(np.isfinite(values), values, 0.0), name=name))
+
+
+def _map(name: str, space: str, shown: xr.DataArray) -> Any:
     """The map over space and time, whose values come later, with a line at the time of the profile."""
-    low, high = limits
+    low, high = _limits(_cut_off(name, shown.values))
     both = low < -0.02 * max(abs(low), abs(high)) and high > 0
     largest = max(abs(low), abs(high)) or 1.0
     colours: dict[str, Any] = {"colorscale": "Cividis", "zmin": low, "zmax": high if high > low else low + 1}
     if both:
-        colours = {"colorscale": "RdBu", "reversescale": True, "zmin": -largest, "zmax": largest}
+        colours = {"zmin": -largest, "zmax": largest, "meta": {"day": BY_DAY, "night": BY_NIGHT}}
     drawn = figure(space, "t")
     drawn.add_heatmap(
         x=shown[space].values.tolist(),
@@ -162,9 +184,13 @@ def _waves(dataset: xr.Dataset) -> Iterator[Section]:
         ]
         tables.append(Table("After the first collision", ["wave", *(name.replace("_", " ") for name in names)], cells))
     drawn = figure("t", "position")
-    for wave in tracks["wave"].values.tolist()[:12]:
-        add_line(drawn, f"wave {wave}", tracks["t"].values, tracks["position"].sel(wave=wave).values)
-    picture = Picture("paths", drawn, f"The positions of {tracks.sizes['wave']} wave(s) in the course of time, not wrapped.")
+    places, left_out = drawn_of(tracks.sizes["t"])
+    for wave in tracks["wave"].values.tolist()[:MOST_WAVES]:
+        add_line(drawn, f"wave {wave}", tracks["t"].values[places], tracks["position"].sel(wave=wave).values[places])
+    count = len(drawn.data)
+    of = "" if count == tracks.sizes["wave"] else f" of {tracks.sizes['wave']}"
+    caption = f"The positions of {count}{of} wave(s) in the course of time, not wrapped.{left_out}"
+    picture = Picture("paths", drawn, caption)
     said = [str(tracks.attrs[name]) for name in ("lost", "doubtful") if tracks.attrs.get(name)]
     yield Section("waves", "Waves", said, [picture] if rows else [], tables)
 
@@ -187,12 +213,15 @@ def _conserved(dataset: xr.Dataset) -> Iterator[Section]:
     rows = []
     for name, change in changes.data_vars.items():
         sizes = np.abs(change.values)
-        rows.append([str(name), f"{float(np.nanmax(sizes)):.2e}", str(change.attrs["relative_to"])])
-        if np.nanmax(sizes) > ROUND_OFF:
-            add_line(drawn, name, changes[change.dims[0]].values, np.where(sizes > ROUND_OFF, sizes, np.nan))
+        largest = float(sizes.max())
+        rows.append([str(name), f"{largest:.2e}" if np.isfinite(largest) else "not known", str(change.attrs["relative_to"])])
+        places, left_out = drawn_of(sizes.size)
+        if np.nanmax(sizes, initial=0.0) > ROUND_OFF:
+            visible = np.where(sizes > ROUND_OFF, sizes, np.nan)
+            add_line(drawn, name, changes[change.dims[0]].values[places], visible[places])
     drawn.update_layout(showlegend=True)
-    caption = "How far each invariant is from its first value; what is below round-off is not drawn."
-    pictures = [Picture("drift", settled(drawn), caption)] if drawn.data else []
+    caption = f"How far each invariant is from its first value; what is below round-off is not drawn.{left_out}"
+    pictures = [Picture("drift", drawn, caption)] if drawn.data else []
     yield Section("kept", "What was kept", [], pictures, [Table("Largest drift", ["invariant", "drift", "relative to"], rows)])
 
 
@@ -231,14 +260,15 @@ def citation(attributes: dict[Any, Any]) -> list[str]:
     """How a result is cited."""
     program = str(attributes.get("source", "mol_compactons")).split(" (")[0]
     references = str(attributes.get("references", "")).strip()
-    return [f"To be cited: {references}." if references else "", f"Computed with {program}."]
+    return [*([f"To be cited: {references}."] if references else []), f"Computed with {program}."]
 
 
 def _comparison(chain: xr.Dataset, continuum: xr.Dataset) -> Iterator[Section]:
     """How far the continuum is from the chain."""
     both = compare(chain, continuum)
     drawn = figure("t", "relative L2 distance")
-    add_line(drawn, "distance", both["t"].values, both["distance"].values)
+    places, left_out = drawn_of(both.sizes["t"])
+    add_line(drawn, "distance", both["t"].values[places], both["distance"].values[places])
     last = both.isel(t=-1)
     rows = []
     for wave in range(both.sizes["wave"]):
@@ -246,6 +276,6 @@ def _comparison(chain: xr.Dataset, continuum: xr.Dataset) -> Iterator[Section]:
             own, other = (float(last[f"{kind}{name}"].isel(wave=wave)) for kind in ("", "continuum_"))
             rows.append([f"{name} of wave {wave}", _number(own), _number(other)])
     largest = float(both["distance"].max())
-    caption = f"The distance of the continuum from the chain in the course of time; it is {largest:.3g} at most."
+    caption = f"The distance of the continuum from the chain in the course of time; it is {largest:.3g} at most.{left_out}"
     table = Table(f"At t = {float(last['t']):.4g}, in sites", ["quantity", "chain", "continuum"], rows)
     yield Section("comparison", "Chain and continuum", [], [Picture("distance", drawn, caption)], [table])

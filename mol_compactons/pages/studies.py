@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mol_compactons.pages.document import Page, Picture, Section, Table
-from mol_compactons.pages.plots import COLOURS, SYMBOLS, add_line, cleaned, figure, plain, settled
+from mol_compactons.pages.plots import COLOURS, SYMBOLS, add_line, cleaned, figure, plain
 from mol_compactons.pages.result import citation
 from mol_compactons.results.form import settings_of
 from mol_compactons.results.schema import COMPLETE
@@ -59,7 +59,6 @@ def _budgets(summary: xr.Dataset) -> Iterator[Picture]:
                 },
             )
         drawn.update_layout(yaxis={"autorange": "reversed"})
-        drawn.update_xaxes(dtick=2)
         caption = f"The {limit} limit: the parts of the error of each quantity, relative to its scale."
         yield Picture(f"budget{number}", drawn, caption, height=26 * len(names) + 170)
 
@@ -67,7 +66,7 @@ def _budgets(summary: xr.Dataset) -> Iterator[Picture]:
 def _ladder(tree: xr.DataTree) -> Iterator[Section]:
     """How the members approach what they tend to."""
     ladder = tree["ladder"].to_dataset()
-    drawn = figure("h", "distance from the limit", log="xy")
+    drawn, spacing = figure("h", "distance from the limit", log="xy"), ladder["spacing"].values
     choices: dict[str, list[int]] = {}
     for name in ladder["quantity"].values:
         lines = ladder["distance"].sel(quantity=name).stack(line=("limit", "scheme", "viscosity")).transpose("line", "size")
@@ -78,16 +77,18 @@ def _ladder(tree: xr.DataTree) -> Iterator[Section]:
                 label = f"{line[0]}, {line[1]}, viscosity {line[2]:g}"
                 first = not choices
                 distances = np.where(values > 0, values, np.nan)
-                add_line(drawn, label, ladder["spacing"].values, distances, marks=True, number=number, visible=first)
+                add_line(drawn, label, spacing, distances, marks=True, number=number, visible=first)
+                drawn.data[-1].name = plain(label).replace(", viscosity", "<br>viscosity")
         if shown:
             choices[str(name)] = shown
     if not choices:
         return
     drawn.update_layout(showlegend=True)
     caption = "The distance of each member from what its scheme and viscosity tend to, against the spacing of the grid."
-    yield Section(
-        "ladder", "How the members approach their limit", [], [Picture("ladder-picture", settled(drawn), caption, choices)]
-    )
+    drawn.update_xaxes(tickvals=spacing.tolist(), ticktext=[f"{h:.3g}" for h in spacing], tickmode="array")
+    height = 320 + 36 * max(map(len, choices.values()))
+    picture = Picture("ladder-picture", drawn, caption, choices, height)
+    yield Section("ladder", "How the members approach their limit", [], [picture])
 
 
 def _members(tree: xr.DataTree) -> Table:

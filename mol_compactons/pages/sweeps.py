@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mol_compactons.pages.document import Page, Picture, Section, Table
-from mol_compactons.pages.plots import add_line, cleaned, figure, plain, settled, spans_decades
+from mol_compactons.pages.plots import add_line, cleaned, figure, plain, spans_decades
+from mol_compactons.pages.result import citation
 from mol_compactons.results.schema import COMPLETE
 
 if TYPE_CHECKING:
@@ -46,6 +47,11 @@ def page_of_sweep(table: xr.Dataset, plan: Mapping[str, Any]) -> Page:
         *([Section("failures", "Why members failed", [], [], [reasons_of])] if failures else []),
         _members(table),
         Section("plan", "Plan", ["What was varied, and of which simulation."], code=json.dumps(dict(plan), indent=1)),
+        Section(
+            "origin",
+            "Origin and citation",
+            [str(table.attrs.get("source", "The source is not stated.")), *citation(dict(table.attrs))],
+        ),
     ]
     done = set(statuses) == {COMPLETE}
     varied = ", ".join(path for axis in plan["axes"] for path in axis["fields"])
@@ -81,9 +87,7 @@ def _lines(table: xr.Dataset) -> Iterator[Picture]:
         choices[str(table[name].attrs.get("long_name", name))] = shown
     if choices:
         drawn.update_layout(showlegend=True)
-        yield Picture(
-            "lines", settled(drawn), f"One quantity of all members against {first}; which, the list above chooses.", choices
-        )
+        yield Picture("lines", drawn, f"One quantity of all members against {first}; which, the list above chooses.", choices)
 
 
 def _maps(table: xr.Dataset) -> Iterator[Picture]:
@@ -126,7 +130,9 @@ def _members(table: xr.Dataset) -> Section:
     count = table["status"].size
     said = [f"The first {MOST_ROWS} of {count}; all are in table.nc of the folder."] if count > MOST_ROWS else []
     headings = [*along, "status", "reason", *(name.replace("_", " ") for name in numbers)]
-    return Section("members", "Members", said, [], [Table("All members" if not said else "Members", headings, rows)])
+    return Section(
+        "members", "Members", said, [], [Table("All members" if not said else "Members", headings, rows, sortable=True)]
+    )
 
 
 def _told(value: Any) -> str:

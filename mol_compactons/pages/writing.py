@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mol_compactons.errors import require
 from mol_compactons.pages.document import Page, rendered
@@ -14,6 +14,7 @@ from mol_compactons.results.form import check_form, reading, understanding
 from mol_compactons.results.opening import open_result, open_study, status_of
 from mol_compactons.results.places import check_target, written_whole
 from mol_compactons.studies.store import plan_of, rows_of
+from mol_compactons.studies.sweep import TABLE
 from mol_compactons.studies.table import laid_out, table
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def _page(source: str | Path | xr.Dataset | xr.DataTree, continuum: str | Path |
     if place.is_dir():
         plan, rows = laid_out(plan_of(place), rows_of(place).values())
         require("axes" in plan, f"{place} holds the members of a convergence study that has not ended; run its command again.")
-        return _alone(page_of_sweep(table(plan, rows), plan), continuum)
+        return _alone(page_of_sweep(table(plan, rows).assign_attrs(_origin_of(place)), plan), continuum)
     with reading(place), open_result(place) as dataset:
         if "family" in dataset.attrs:
             with understanding(place, "study"), open_study(place) as tree:
@@ -80,6 +81,15 @@ def _page(source: str | Path | xr.Dataset | xr.DataTree, continuum: str | Path |
         require("period" not in dataset.attrs, f"{place} is an orbit, which has no page; draw it with mol-compactons plot.")
         check_form(dataset, place)
         return _of_result(dataset, status_of(dataset, place), continuum)
+
+
+def _origin_of(folder: Path) -> dict[str, Any]:
+    """What made a sweep, as its table says; nothing where it has not ended."""
+    path = folder / TABLE
+    if not path.is_file():
+        return {}
+    with reading(path), open_result(path) as dataset:
+        return dict(dataset.attrs)
 
 
 def _alone(page: Page, continuum: object) -> Page:

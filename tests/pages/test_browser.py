@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -60,8 +61,8 @@ def browser() -> Iterator[Any]:
 class Visit:
     """A page that is open, and what went wrong in it."""
 
-    def __init__(self, browser: Any, path: Path, size: dict[str, int], scheme: str) -> None:
-        self.context = browser.new_context(viewport=size, color_scheme=scheme)
+    def __init__(self, browser: Any, path: Path, size: dict[str, int], scheme: str, **more: bool) -> None:
+        self.context = browser.new_context(viewport=size, color_scheme=scheme, **more)
         self.page = self.context.new_page()
         self.faults: list[str] = []
         self.page.on("console", lambda said: self.faults.append(said.text) if said.type in ("error", "warning") else None)
@@ -90,12 +91,16 @@ class Visit:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("size", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")], ids=["desktop, light", "phone, dark"])
-def test_a_page_of_each_kind_is_sound(browser: Any, pages: dict[str, Path], kind: str, size: Any, scheme: str) -> None:
-    visit = Visit(browser, pages[kind], size, scheme)
-    found = axe.Axe().run(visit.page).response["violations"]
-    assert [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")] == []
-    assert visit.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "it is not wider than the screen"
+def test_a_page_of_each_kind_is_sound_on_a_desk_by_day_and_on_a_phone_by_night(
+    browser: Any, pages: dict[str, Path], kind: str
+) -> None:
+    visit = Visit(browser, pages[kind], DESKTOP, "light")
+    for size, scheme in ((DESKTOP, "light"), (PHONE, "dark")):
+        visit.page.set_viewport_size(size)
+        visit.page.emulate_media(color_scheme=scheme)
+        found = axe.Axe().run(visit.page).response["violations"]
+        assert [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")] == []
+        assert visit.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "it is not wider than the screen"
     assert visit.page.locator("figure .main-svg").count() > 0
     for select in visit.page.locator("select").all():
         for option in select.locator("option").all_inner_texts()[:3]:
@@ -117,6 +122,10 @@ def test_play_slider_keyboard_hover_and_click(browser: Any, pages: dict[str, Pat
     assert visit.height_at(last) == pytest.approx(heights[last], rel=1e-6)
     assert page.inner_text("#now") == "t = 28"
     assert page.get_attribute("#time", "aria-valuetext") == "t = 28"
+
+    marker = page.evaluate("(({y0, y1}) => [y0, y1])(document.getElementById('map').layout.shapes[0])")
+    assert marker == [28, 28], "a line on the map stands at the time of the profile"
+    assert page.evaluate("document.getElementById('map').layout.shapes.length") == 1
 
     page.focus("#play")
     page.keyboard.press("Space")
@@ -142,10 +151,52 @@ def test_play_slider_keyboard_hover_and_click(browser: Any, pages: dict[str, Pat
     visit.context.close()
 
 
-def test_a_picture_takes_the_colours_of_the_night(browser: Any, pages: dict[str, Path]) -> None:
+def test_pictures_take_the_colours_of_the_night(browser: Any, pages: dict[str, Path]) -> None:
     visit = Visit(browser, pages["run"], DESKTOP, "light")
-    colour = "document.getElementById('profile').layout.font.color"
-    before = visit.page.evaluate(colour)
+    ink, zero = (
+        "document.getElementById('profile').layout.font.color",
+        "document.getElementById('map').data[0].colorscale[2][1]",
+    )
+    before = visit.page.evaluate(ink)
+    assert visit.page.evaluate(zero) == "#f7f7f7"
     visit.page.emulate_media(color_scheme="dark")
-    visit.wait_until(f"{colour} !== '{before}'")
+    visit.wait_until(f"{ink} !== '{before}'")
+    assert (
+        visit.page.evaluate(zero) == visit.page.evaluate("getComputedStyle(document.body).getPropertyValue('--paper')").strip()
+    )
+    assert visit.faults == []
+    visit.context.close()
+
+
+def test_the_members_of_a_sweep_are_sorted_by_keyboard(browser: Any, pages: dict[str, Path]) -> None:
+    visit = Visit(browser, pages["sweep"], DESKTOP, "light")
+    table = visit.page.locator("table:has(thead button)")
+    heading = table.locator("th[scope=col]", has_text="viscosity")
+    number = heading.evaluate("heading => heading.cellIndex")
+    column = f"rows => rows.map((row) => row.cells[{number}].textContent)"
+    before = table.locator("tbody tr").evaluate_all(column)
+    heading.locator("button").focus()
+    for word, backwards in (("ascending", False), ("descending", True)):
+        visit.page.keyboard.press("Enter")
+        assert heading.get_attribute("aria-sort") == word
+        found = table.locator("tbody tr").evaluate_all(column)
+        assert [float(one) for one in found] == sorted(map(float, before), reverse=backwards)
+    assert table.locator("[aria-sort]").count() == 1
+    assert visit.faults == []
+    visit.context.close()
+
+
+def test_a_run_with_gaps_and_a_finger(browser: Any, pair: xr.Dataset, tmp_path: Path) -> None:
+    """What is no number is a gap in the profile; a finger scrolls the page, and chooses a time by a tap."""
+    torn = pair.copy(deep=True)
+    torn.W[:, 30:40] = np.nan
+    path = write_report(torn, tmp_path / "torn.html")
+    visit = Visit(browser, path, PHONE, "dark", has_touch=True, is_mobile=True)
+    assert visit.page.evaluate("Array.from(document.getElementById('profile').data[0].y).filter(Number.isNaN).length") == 10
+    assert visit.page.evaluate("document.getElementById('map').layout.dragmode") is False
+    visit.page.locator("#map").scroll_into_view_if_needed()
+    place = visit.page.locator("#map .nsewdrag").bounding_box()
+    visit.page.touchscreen.tap(place["x"] + place["width"] * 0.8, place["y"] + place["height"] / 2)
+    visit.wait_until("document.getElementById('now').textContent === 't = 14'")
+    assert visit.faults == []
     visit.context.close()

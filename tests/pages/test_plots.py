@@ -27,12 +27,12 @@ def test_a_text_is_no_markup_and_what_is_no_number_is_left_out() -> None:
     assert (told["data"][0]["x"], told["data"][0]["y"]) == ([0.0, None], [None, 1.0])
 
 
-@pytest.mark.parametrize(("last", "ticks"), [(3.0, "D2"), (1e6, 1)])
-def test_logarithmic_axes_have_as_many_ticks_as_have_room(last: float, ticks: object) -> None:
-    drawn = plots.figure("x", "y", log="x")
-    plots.add_line(drawn, "a", [1.0, last], [1.0, 2.0])
-    assert plots.settled(drawn).layout.xaxis.dtick == ticks
-    assert plots.settled(drawn).layout.yaxis.dtick is None
+def test_of_a_long_series_some_points_are_drawn_and_the_caption_says_so() -> None:
+    places, told = plots.drawn_of(plots.MOST_POINTS)
+    assert (places.size, told) == (plots.MOST_POINTS, "")
+    places, told = plots.drawn_of(20_000)
+    assert (places[0], places[-1], places.size) == (0, 19_999, plots.MOST_POINTS)
+    assert told == f" Drawn are {plots.MOST_POINTS} of 20000 points."
 
 
 def test_where_plotly_is_missing_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,12 +1,29 @@
 from __future__ import annotations
 
 import base64
+import json
+import re
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from mol_compactons import InputError, check_up, drift, first_collision, track
+from mol_compactons import (
+    GranularChain,
+    Impact,
+    InputError,
+    Lattice,
+    NearestNeighbours,
+    PowerContact,
+    Simulation,
+    Symplectic,
+    check_up,
+    drift,
+    first_collision,
+    run,
+    track,
+)
+from mol_compactons.pages import plots
 from mol_compactons.pages.document import Page, Section, rendered
 from mol_compactons.pages.result import MOST_FRAMES, MOST_NUMBERS, moving_of, page_of_result
 
@@ -33,8 +50,6 @@ def test_it_says_what_track_doctor_and_info_say(pair: xr.Dataset) -> None:
 
 
 def test_the_settings_repeat_the_run(pair: xr.Dataset) -> None:
-    from mol_compactons import Simulation
-
     assert Simulation.from_json(part(page_of_result(pair, "complete"), "settings").code).to_json() == pair.attrs["simulation"]
 
 
@@ -86,6 +101,45 @@ def test_a_result_with_gaps_is_shown_with_them(pair: xr.Dataset) -> None:
     torn = pair.copy(deep=True)
     torn.W[-1, 3:9] = np.nan
     assert "NaN" not in page_of_result(torn, "failed").moving.caption  # type: ignore[union-attr]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
+def test_a_field_without_a_number_that_can_be_drawn_has_a_page(pair: xr.Dataset, value: float) -> None:
+    moving, _ = moving_of(pair.assign(W=xr.full_like(pair.W, value)))
+    text = rendered(Page("a", "failed", [], [], moving))
+    data = re.search('id="data">(.*?)</script>', text)
+    assert data
+    json.loads(data[1], parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
+
+
+def test_a_chain_in_displacements_is_shown_by_its_stresses() -> None:
+    simulation = Simulation(
+        equation=GranularChain(PowerContact(n=3 / 2), form="displacements", ends="free"),
+        grid=Lattice(size=30),
+        scheme=NearestNeighbours(),
+        initial=[Impact(velocity=1.0)],
+        t_end=6,
+        frames=13,
+        integrator=Symplectic(step=0.05),
+    )
+    result = run(simulation)
+    moving, _ = moving_of(result)
+    assert moving.name == "R"
+    ((_, _, values),) = moving.series
+    np.testing.assert_array_equal(values, -np.diff(result.Q.transpose("t", "k").values, axis=1))
+    low, high = moving.profile.layout.yaxis.range
+    assert high > values.max()
+    assert low > -values.max(), "gaps, which may be wide, are cut off"
+
+
+def test_of_a_long_run_some_points_of_its_lines_are_drawn(pair: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plots, "MOST_POINTS", 20)
+    page = page_of_result(pair, "complete")
+    for name in ("waves", "kept"):
+        (picture,) = part(page, name).pictures
+        assert {len(one.x) for one in picture.figure.data} == {20}
+        assert picture.caption.endswith("Drawn are 20 of 57 points.")
 
 
 def test_one_frame_is_no_motion(pair: xr.Dataset) -> None:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,18 @@ def test_files_and_what_is_in_memory_make_the_same_page(pair: xr.Dataset, study:
     write_report(tmp_path / "study.nc", tmp_path / "s.html")
     write_report(study, tmp_path / "t.html")
     assert (tmp_path / "s.html").read_bytes() == (tmp_path / "t.html").read_bytes()
+
+
+def test_a_sweep_says_what_made_it_and_how_it_is_cited(swept: Path, tmp_path: Path) -> None:
+    text = write_report(swept, tmp_path / "a.html").read_text(encoding="utf-8")
+    with xr.open_dataset(swept / "table.nc") as table:
+        assert f"<p>{table.attrs['source']}</p>" in text
+        assert f"To be cited: {table.attrs['references']}." in text
+    going_on = tmp_path / "going_on"
+    shutil.copytree(swept, going_on)
+    (going_on / "table.nc").unlink()
+    text = write_report(going_on, tmp_path / "b.html").read_text(encoding="utf-8")
+    assert "The source is not stated." in text
 
 
 def test_a_page_is_replaced_only_when_asked(pair: xr.Dataset, tmp_path: Path) -> None:
