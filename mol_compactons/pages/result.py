@@ -114,7 +114,7 @@ def moving_of(dataset: xr.Dataset, continuum: xr.Dataset | None = None) -> tuple
         f"{name} along {space} from {x[0]:.4g} to {x[-1]:.4g} and t from {t[0]:.4g} to {t[-1]:.4g}; it lies between "
         f"{low:.4g} and {high:.4g}."
     )
-    return Moving(name, space, t, series, _profile(name, space, series), _map(name, space, shown), caption), told
+    return Moving(name, space, t, series, _profile(shown, space, series), _map(name, space, shown), caption), told
 
 
 def _limits(*groups: Array) -> tuple[float, float]:
@@ -123,10 +123,10 @@ def _limits(*groups: Array) -> tuple[float, float]:
     return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
 
 
-def _profile(name: str, space: str, series: Sequence[tuple[str, Array, Array]]) -> Any:
+def _profile(field: xr.DataArray, space: str, series: Sequence[tuple[str, Array, Array]]) -> Any:
     """The profile, whose values come later."""
-    drawn = figure(space, name)
-    low, high = _limits(*(_cut_off(name, values) for _, _, values in series))
+    drawn = figure(space, str(field.name))
+    low, high = _limits(*(_cut_off(field, values) for _, _, values in series))
     room = 0.06 * ((high - low) or 1.0)
     for number, (label, x, _) in enumerate(series):
         sites = len(series) > 1 and number == 0
@@ -137,16 +137,16 @@ def _profile(name: str, space: str, series: Sequence[tuple[str, Array, Array]]) 
     return drawn
 
 
-def _cut_off(name: str, values: Array) -> Array:
-    """The values as pictures show them, where these are finite."""
+def _cut_off(field: xr.DataArray, values: Array) -> Array:
+    """The values of a field as pictures show them, where these are finite."""
     import xarray as xr
 
-    return cut_off(xr.DataArray(np.where(np.isfinite(values), values, 0.0), name=name))
+    return cut_off(xr.DataArray(np.where(np.isfinite(values), values, 0.0), name=field.name, attrs=field.attrs))
 
 
 def _map(name: str, space: str, shown: xr.DataArray) -> Any:
     """The map over space and time, whose values come later, with a line at the time of the profile."""
-    low, high = _limits(_cut_off(name, shown.values))
+    low, high = _limits(_cut_off(shown, shown.values))
     both = low < -0.02 * max(abs(low), abs(high)) and high > 0
     largest = max(abs(low), abs(high)) or 1.0
     colours: dict[str, Any] = {"colorscale": "Cividis", "zmin": low, "zmax": high if high > low else low + 1}
