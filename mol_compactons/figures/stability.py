@@ -23,7 +23,7 @@ def stability_overview(dataset: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2)
     left.plot(dataset["factor"], dataset["functional"], color="#1f4e79")
     left.axvline(1, color="grey", linewidth=0.5)
-    left.set(xlabel="lambda", ylabel="Lambda(lambda)", title="the paper's scaling test")
+    left.set(xlabel=r"$\lambda$", ylabel=r"$\Lambda(\lambda)$", title="the paper's scaling test")
     for name, style in (("free", "o-"), ("constrained", "s--")):
         for mode in dataset["mode"].values:
             values = dataset["eigenvalue"].sel(constraint=name, mode=mode)
@@ -31,6 +31,8 @@ def stability_overview(dataset: xr.Dataset) -> Figure:
             right.plot(values["resolution"], values, style, color="#1f4e79" if name == "free" else "#c05020", label=label)
     right.axhline(0, color="grey", linewidth=0.5)
     right.set(xscale="log", xlabel="points in the support", ylabel="eigenvalue", title="second variation")
-    right.legend(frameon=False)
+    right.set_xticks(dataset["resolution"].values, [f"{size:g}" for size in dataset["resolution"].values])
+    right.minorticks_off()
+    figure.legend(*right.get_legend_handles_labels(), loc="outside lower right", ncols=2, frameon=False)
     figure.suptitle(str(dataset.attrs["title"]), parse_math=False)
     return figure
