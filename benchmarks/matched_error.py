@@ -114,14 +114,19 @@ def show(title: str, rows: Sequence[Row], folder: Path) -> None:
             f"{row.error:.1e} | {row.counts} |",
             flush=True,
         )
-    with (folder / f"{title.split(':')[0]}.csv").open("w", newline="") as file:
+    write(rows, folder / f"{title.split(':')[0]}.csv")
+
+
+def write(rows: Sequence[Row], path: Path) -> None:
+    """What was measured, as CSV."""
+    with path.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["solver", "setting", "cpu_seconds", "relative_l2_error", "counts"])
         writer.writerows([row.name, row.setting, row.seconds, row.error, row.counts] for row in rows)
 
 
 def picture(rows: Sequence[Row], title: str, path: Path) -> None:
-    """Error against processor time, a line for each name."""
+    """Error against processor time, a line for each name; what is drawn goes into a CSV file beside it."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 
@@ -134,3 +139,4 @@ def picture(rows: Sequence[Row], title: str, path: Path) -> None:
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.legend(frameon=False, fontsize=8)
     figure.savefig(path, dpi=110)
+    write(rows, path.with_name(f"{path.stem}_points.csv"))

@@ -28,7 +28,7 @@ class CustomEquation(Equation):
 
     .. math::  u_t + F_x = s,   or in two-way form   u_t + v_x = 0,  v_t + F_x = s
 
-    A formula is made of numbers, u, v (two-way), x, t, parameters, + - * / **, the functions of
+    A formula is made of numbers, u, v (two-way), x, t, parameters, ``+ - * / **``, the functions of
     `mol_compactons.expressions.FUNCTIONS`, and d1, d2, d3 for the derivatives in space of what stands in their brackets. See
     docs/formulas.md.
 
