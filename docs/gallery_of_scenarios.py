@@ -13,7 +13,6 @@ RUN = (
     "hertz_compacton",
     "lattice_collision",
     "lattice_single",
-    "nesterenko_breakup",
     "no_viscosity",
     "periodic_wave",
     "prestressed_chain",
@@ -22,7 +21,6 @@ RUN = (
     "rosenau_hyman_collision",
     "single_compacton",
     "two_bright",
-    "universal_pair",
 )
 """The scenarios that run when the documentation is built: of a few seconds each, and without processes of their own."""
 
