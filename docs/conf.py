@@ -90,11 +90,13 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "copyfile_regex": r".*\.md",
 }
+# The gallery is made anew: what a script leaves behind is shown by other pages too.
+shutil.rmtree(HERE / "gallery", ignore_errors=True)
 write_scripts(HERE.parent / "scenarios", BUILD / "scripts")
 
 # The commands and scripts that the pages show run in a folder of their own, as a reader's do, and find the data of the pages.
 TUTORIAL = BUILD / "tutorial"
-os.environ |= {"TUTORIAL_FOLDER": str(TUTORIAL), "DOCS_FOLDER": str(HERE), "MPLBACKEND": "agg", "COLUMNS": "100"}
+os.environ |= {"TUTORIAL_FOLDER": str(TUTORIAL), "MPLBACKEND": "agg", "COLUMNS": "100"}
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 
 

@@ -86,6 +86,19 @@ def shown(value: object) -> str:
 
 
 def require(condition: bool, message: str) -> None:
-    """Raise `InputError` with `message` unless `condition` holds."""
+    """Raise `InputError` with `message` unless `condition` holds.
+
+    Parameters
+    ----------
+    condition : bool
+        What must hold.
+    message : str
+        One sentence: the value, what is allowed, what to do.
+
+    Raises
+    ------
+    InputError
+        If it does not hold.
+    """
     if not condition:
         raise InputError(message)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import sys
 import tomllib
@@ -26,6 +27,52 @@ def test_the_citation_and_the_changelog_have_the_version() -> None:
     assert re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE) == [version]
     headings = re.findall(r"^## (\S+), ", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert headings[0] == version
+
+
+def cited(field: str) -> str:
+    """A field of CITATION.cff, which is one line."""
+    (line,) = re.findall(rf"^{field}: (.+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    return str(line).strip('"')
+
+
+def test_the_citation_the_archive_and_the_paper_tell_the_same() -> None:
+    own, archive = project(), json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
+    paper = (ROOT / "paper" / "paper.md").read_text(encoding="utf-8")
+    assert own["version"] == cited("version") == archive["version"]
+    assert own["license"] == cited("license") == archive["license"]
+    assert own["description"] == archive["description"]
+    assert own["keywords"] == archive["keywords"]
+    assert f'title: "{cited("title")}"' in paper
+    assert cited("title") == archive["title"]
+    assert cited("title").startswith(own["name"])
+    assert [author["name"] for author in own["authors"]] == [creator["name"] for creator in archive["creators"]]
+    assert [f"https://doi.org/{one['identifier']}" for one in archive["related_identifiers"]] == list(own["urls"].values())
+
+
+def test_the_paper_cites_what_is_in_its_list() -> None:
+    paper = (ROOT / "paper" / "paper.md").read_text(encoding="utf-8")
+    entries = re.findall(r"^@article\{(\w+),$", (ROOT / "paper" / "paper.bib").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(set(re.findall(r"@(\w+)\]", paper))) == sorted(entries)
+
+
+def test_the_numbers_of_the_paper_and_the_readme_are_those_of_the_benchmarks() -> None:
+    benchmarks, paper, readme = (
+        " ".join((ROOT / name).read_text(encoding="utf-8").split())
+        for name in ("docs/benchmarks.md", "paper/paper.md", "README.md")
+    )
+    for seconds in re.findall(r"(\d+\.\d+) s\b", paper.split("# Comparison")[1]):
+        assert f"| {seconds} |" in benchmarks
+    for seconds in re.findall(r"(\d+\.\d{3}) s\b", readme.split("## How fast")[1]):
+        assert f"| {seconds} |" in benchmarks
+    assert "in 0.43 of the time by SUNDIALS and 0.48 by" in paper
+    assert "in 0.43 of the time by SUNDIALS and 0.48 by" in benchmarks
+
+
+def test_the_recorded_table_is_that_of_the_page() -> None:
+    page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8").split("## W1")[1].split("## W2")[0]
+    recorded = (ROOT / "docs" / "recorded" / "W1.csv").read_text(encoding="utf-8").splitlines()[1:]
+    told = re.findall(r"^\| [^|]+ \| ([\d.]+) \| [^|]+ \| ([\de.-]+) \|", page, re.MULTILINE)
+    assert [tuple(line.rsplit(",", 2)[1:]) for line in recorded] == told
 
 
 def test_the_oldest_versions_that_are_tested_are_the_lower_bounds() -> None:

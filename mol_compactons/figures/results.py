@@ -142,7 +142,15 @@ def label_of(field: xr.DataArray) -> str:
 
 
 def drifts(dataset: xr.Dataset, axes: Axes) -> None:
-    """Draw how the conserved quantities drift, on a logarithmic scale."""
+    """Draw how the conserved quantities drift, on a logarithmic scale.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    """
     changes = drift(dataset)
     for (name, change), dash in zip(changes.data_vars.items(), itertools.cycle(DASHES), strict=False):
         axes.semilogy(changes["t"][1:], np.maximum(np.abs(change[1:]), LEAST_DRIFT), dash, label=str(name), linewidth=1)

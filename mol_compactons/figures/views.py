@@ -46,6 +46,15 @@ WIDTHS = {"screen": 8.0, "journal": 3.4, "journal-wide": 7.0}
 def window(dataset: xr.Dataset, start: float | None = None, end: float | None = None) -> xr.Dataset:
     """The part of a result between two points.
 
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    start : float, optional
+        The left one; by default the first of the line.
+    end : float, optional
+        The right one; by default the last of the line.
+
     Raises
     ------
     InputError
@@ -62,6 +71,13 @@ def spacetime(dataset: xr.Dataset, axes: Axes) -> None:
     """A map of the field over space and time, white where it is zero.
 
     Where it has both signs, dashed lines stand around what is far below zero: in grey both signs are dark.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    axes : matplotlib.axes.Axes
+        Where to draw.
     """
     field = profiles(dataset)
     space = space_of(dataset)
@@ -139,7 +155,15 @@ def _frames_at(t: NDArray[np.float64], times: Sequence[float] | NDArray[np.float
 
 
 def paths(dataset: xr.Dataset, axes: Axes) -> None:
-    """The places of the waves along time, around the line, and the free flight of each before its first collision."""
+    """The places of the waves along time, around the line, and the free flight of each before its first collision.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    """
     tracks = track(dataset, newborn=False)
     grid, space = grid_of(arranged(dataset)), space_of(dataset)
     first = float(arranged(dataset)[space][0])
@@ -163,6 +187,13 @@ def spectrum(dataset: xr.Dataset, axes: Axes) -> None:
     """The size of the Fourier coefficients of the first and the last profile: ripples of the grid stand at its right end.
 
     What is zero but for rounding errors is left out.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    axes : matplotlib.axes.Axes
+        Where to draw.
     """
     field = profiles(dataset)
     grid = grid_of(arranged(dataset))
@@ -177,7 +208,17 @@ def spectrum(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def portrait(dataset: xr.Dataset, axes: Axes, times: Sequence[float] | NDArray[np.float64] = ()) -> None:
-    """The derivative of the field against the field, at some times; a travelling wave goes round a closed curve."""
+    """The derivative of the field against the field, at some times; a travelling wave goes round a closed curve.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    axes : matplotlib.axes.Axes
+        Where to draw.
+    times : sequence of float, optional
+        The frames next to these are shown; by default the first and the last.
+    """
     field, space = profiles(dataset), space_of(dataset)
     t, values = field["t"].values, shown(field)
     slopes = _slopes(values, field[space].values, grid_of(arranged(dataset)).length if space == "x" else np.inf)

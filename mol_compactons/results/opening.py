@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 def open_result(path: str | Path) -> xr.Dataset:
     """A result file, opened lazily; that of a run which goes on may be read meanwhile.
 
+    Parameters
+    ----------
+    path : str or Path
+        That of the file.
+
     Raises
     ------
     InputError
@@ -50,6 +55,11 @@ def status_of(dataset: xr.Dataset, path: str | Path) -> str:
 def open_study(path: str | Path) -> xr.DataTree:
     """A study of `mol_compactons.converge` from its file, opened lazily.
 
+    Parameters
+    ----------
+    path : str or Path
+        That of the file.
+
     Raises
     ------
     InputError
@@ -64,6 +74,13 @@ def open_study(path: str | Path) -> xr.DataTree:
 
 def write_tree(tree: xr.DataTree | xr.Dataset, path: str | Path) -> None:
     """Write a tree, or a Dataset, into a NetCDF file, whole or not at all.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree or xarray.Dataset
+        What is written.
+    path : str or Path
+        The file; one that exists is replaced.
 
     Raises
     ------

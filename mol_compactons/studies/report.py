@@ -61,7 +61,13 @@ def _cells(row: xr.Dataset) -> list[str]:
 
 
 def report(tree: xr.DataTree) -> Report:
-    """What a study says, a line each: a table for each limit, where the limits differ, and the members that failed."""
+    """What a study says, a line each: a table for each limit, where the limits differ, and the members that failed.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        What `converge` returned, or its file.
+    """
     summary = tree["summary"].to_dataset()
     lines: list[str] = []
     # A study stored before the budget had a part does not know it.
