@@ -66,7 +66,6 @@ nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
-nb_merge_streams = True
 copybutton_prompt_text = r"\$ |>>> "
 copybutton_prompt_is_regexp = True
 copybutton_exclude = ".linenos, .gp, .go"
@@ -97,6 +96,7 @@ write_scripts(HERE.parent / "scenarios", BUILD / "scripts")
 # The commands and scripts that the pages show run in a folder of their own, as a reader's do, and find the data of the pages.
 TUTORIAL = BUILD / "tutorial"
 os.environ |= {"TUTORIAL_FOLDER": str(TUTORIAL), "MPLBACKEND": "agg", "COLUMNS": "100"}
+os.environ["PYTHONPATH"] = os.pathsep.join([str(HERE), *filter(None, [os.environ.get("PYTHONPATH")])])
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 
 

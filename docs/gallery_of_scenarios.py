@@ -27,15 +27,15 @@ RUN = (
 README = """Scenarios
 =========
 
-Every scenario of the package, as `mol-compactons scenarios` lists them. Those that take some seconds are run when this page is
-made, with the pictures and the numbers that come out; of the longer ones there is the script, and what it takes.
+Every scenario of the package, as ``mol-compactons scenarios`` lists them. Those of a few seconds are run when this page is made,
+with the pictures and the numbers that come out; of the others, which would take longer, there is the script.
 """
 
 
 def title_of(docstring: str) -> str:
     """The first sentence of a docstring, or what stands before its colon, as a title."""
     line = docstring.splitlines()[0]
-    return re.split(r"[.:](?:\s|$)", line, maxsplit=1)[0]
+    return re.split(r"(?<!Fig)[.:](?:\s|$)", line, maxsplit=1)[0]
 
 
 def escaped(text: str) -> str:
