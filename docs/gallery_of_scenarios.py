@@ -14,11 +14,9 @@ RUN = (
     "lattice_collision",
     "lattice_single",
     "no_viscosity",
-    "periodic_wave",
     "prestressed_chain",
     "rarefaction",
     "rarefaction_chain",
-    "rosenau_hyman_collision",
     "single_compacton",
     "two_bright",
 )
@@ -27,8 +25,8 @@ RUN = (
 README = """Scenarios
 =========
 
-Every scenario of the package, as ``mol-compactons scenarios`` lists them. Those of a few seconds are run when this page is made,
-with the pictures and the numbers that come out; of the others, which would take longer, there is the script.
+Every scenario of the package, as ``mol-compactons scenarios`` lists them. Those of a few seconds are run when this page is
+made, with the pictures and the numbers that come out; of the others, which would take longer, there is the script.
 """
 
 
