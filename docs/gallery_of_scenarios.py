@@ -14,6 +14,7 @@ RUN = (
     "lattice_collision",
     "lattice_single",
     "no_viscosity",
+    "paper_figures",
     "prestressed_chain",
     "rarefaction",
     "rarefaction_chain",
@@ -82,7 +83,7 @@ class PicturesOfScripts:
 
         taken = []
         self._folder.mkdir(parents=True, exist_ok=True)
-        for picture in sorted(Path(variables["src_file"]).parent.glob("*.png")):
+        for picture in sorted(Path(variables["src_file"]).parent.rglob("*.png")):
             place = next(variables["image_path_iterator"])
             shutil.copy(picture, self._folder / picture.name)
             shutil.move(picture, place)
