@@ -124,10 +124,10 @@ def test_a_study_without_any_survivor_says_why() -> None:
 def test_the_finest_grid_may_fail_at_the_tightest_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
     from mol_compactons.studies import convergence
 
-    def failing(simulation: Simulation) -> xr.Dataset:
+    def failing(simulation: Simulation, progress: bool) -> xr.Dataset:
         if simulation.grid.size == 120 and simulation.integrator == IDA(rtol=1e-5):
             raise IntegrationError("as a test", 0.0)
-        return run(simulation)
+        return run(simulation, progress=progress)
 
     monkeypatch.setattr(convergence, "run", failing)
     simulation = assign(single(size=120), {"integrator": "IDA(rtol=1e-5)"})
