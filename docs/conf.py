@@ -82,6 +82,7 @@ sphinx_gallery_conf = {
     "filename_pattern": "/(" + "|".join(RUN) + r")\.py",
     "image_scrapers": (PicturesOfScripts(BUILD / "scenario_pictures"),),
     "reset_modules": (),
+    "parallel": 2,
     "download_all_examples": False,
     "show_memory": False,
     "show_signature": False,
