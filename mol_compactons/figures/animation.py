@@ -37,6 +37,9 @@ PANEL = (12.0, 3.6)
 MARGIN = 0.06
 """The room above the highest and below the lowest value, relative to the range."""
 
+ONE_LINE = 120
+"""How many signs of labels stand beside each other above a film; longer ones stand below each other."""
+
 COLORS = 64
 """How many colours a GIF has."""
 
@@ -209,7 +212,8 @@ def _pictures(
             axes.set_title(one.label, fontsize=10, parse_math=False)
     if together:
         named = [one.label.lstrip("_") for one in films]
-        legend = figure.legend(lines, named, loc="outside upper center", ncols=len(films), frameon=False)
+        columns = len(films) if sum(map(len, named)) < ONE_LINE else 1
+        legend = figure.legend(lines, named, loc="outside upper center", ncols=columns, fontsize=9, frameon=False)
         for text in legend.get_texts():
             text.set_parse_math(False)
     digits = int(np.clip(1 - math.floor(math.log10(float(np.diff(times).min()))), 0, 15))

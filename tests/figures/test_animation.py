@@ -182,3 +182,12 @@ def test_bad_input_is_named(pair: xr.Dataset, arguments: dict[str, Any], words: 
     assert not list(tmp_path.iterdir())
     with pytest.raises(InputError, match="two frames or more"):
         animate([pair.isel(t=[0])], tmp_path / "film.gif")
+
+
+@pytest.mark.parametrize("length", [10, 110])
+def test_no_label_leaves_the_picture(pair: xr.Dataset, length: int) -> None:
+    """The corners above the axes stay white, however long the labels are."""
+    films = courses([pair, pair], ["a" * length, "b" * length])
+    picture = next(iter(_pictures(films, np.array([0.0, 5.0]), True, 0.0)))[..., :3]
+    assert (picture[:18, :4] == 255).all()
+    assert (picture[:18, -4:] == 255).all()
