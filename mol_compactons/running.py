@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mol_compactons.course import Course, Observe, numbers_of, view_of
 from mol_compactons.errors import InputError, require, shown
 from mol_compactons.integrators.base import Report, no_report
-from mol_compactons.progress import TIME, showing_progress
+from mol_compactons.progress import TIME, show_nobody, showing_progress
 from mol_compactons.results import checkpoint
 from mol_compactons.results.places import check_target
 from mol_compactons.results.recorder import MemoryRecorder, Recorder
@@ -119,7 +119,7 @@ def run(
             show(t)
             report(t)
 
-        with stopping_on_signals(say) as watch:
+        with stopping_on_signals(report if show is show_nobody else say) as watch:
             course.go(watch, keep_checkpoints)
     return course.recorder.dataset()
 

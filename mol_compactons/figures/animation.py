@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mol_compactons.analysis.chain_and_continuum import on_lattice
 from mol_compactons.errors import InputError, require
-from mol_compactons.figures.results import profiles, shown
+from mol_compactons.figures.results import evenly, profiles, shown
 from mol_compactons.figures.style import DASHES, LINE
 from mol_compactons.progress import PICTURES, Show, show_nobody, showing_progress
 from mol_compactons.results.places import check_target, written_whole
@@ -186,7 +186,7 @@ def _times(films: Sequence[Course], most_frames: int) -> Array:
     """The times of the pictures: those of the run with the most frames, as far as all go."""
     end = min(float(one.t[-1]) for one in films)
     longest = max((one.t[one.t <= end * (1 + 1e-12)] for one in films), key=len)
-    return np.asarray(longest[np.unique(np.linspace(0, longest.size - 1, most_frames).round().astype(int))])
+    return np.asarray(longest[evenly(longest.size, most_frames)])
 
 
 def _pictures(

@@ -67,6 +67,11 @@ def _parts(dataset: xr.Dataset) -> bool:
     return isinstance(equation, GranularChain) and not equation.law.force(apart, np.ones(1)).any()
 
 
+def evenly(count: int, most: int) -> NDArray[np.intp]:
+    """The places of at most so many of some things, evenly spread, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, max(most, 2))).round().astype(np.intp))
+
+
 def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> None:
     """Draw the profiles in space-time as in the paper's Figs 1 and 2: each is lifted by its time.
 
@@ -83,7 +88,7 @@ def waterfall(dataset: xr.Dataset, axes: Axes, variable: str | None = None) -> N
     """
     field = profiles(dataset, variable)
     name, space = str(field.name), space_of(dataset)
-    frames = field.isel(t=np.unique(np.linspace(0, dataset.sizes["t"] - 1, PROFILES).round().astype(int)))
+    frames = field.isel(t=evenly(dataset.sizes["t"], PROFILES))
     times, x, values = frames["t"].values, frames[space].values, shown(frames)
     base = _base(values)
     values = values - base

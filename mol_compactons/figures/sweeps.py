@@ -69,11 +69,11 @@ def sweep_panel(quantity: xr.DataArray, axes: Axes) -> None:
     for number, index in enumerate(known[:MOST_LINES]):
         label = _label(others, index, quantity.dims[1:])
         axes.plot(along, others.values[:, index], label=label, **told_apart(number))
-    if numeric and _spans_decades(along):
+    if numeric and spans_decades(along):
         axes.set_xscale("log")
     if not numeric:
         axes.set_xticks(along, [str(value) for value in quantity[first].values], rotation=20)
-    if _spans_decades(others.values):
+    if spans_decades(others.values):
         axes.set_yscale("log")
     units = str(quantity.attrs.get("units", "1"))
     title = str(quantity.attrs.get("long_name", quantity.name)) + ("" if units == "1" else f" [{units}]")
@@ -88,7 +88,8 @@ def _places(quantity: xr.DataArray, first: str) -> tuple[Any, bool]:
     return (quantity[first].values if numeric else np.arange(quantity.sizes[first])), numeric or first not in quantity.coords
 
 
-def _spans_decades(values: Any) -> bool:
+def spans_decades(values: Any) -> bool:
+    """Whether values are all positive, and the largest far above the smallest; what is no number is left out."""
     finite = np.asarray(values, dtype=float)[np.isfinite(values)]
     return bool(finite.size and finite.min() > 0 and finite.max() > ALIKE * finite.min())
 

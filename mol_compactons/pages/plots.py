@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mol_compactons.errors import InputError
+from mol_compactons.figures.results import evenly
 from mol_compactons.pages.document import MISSING
 
 COLOURS = ("#3b82c4", "#e07b39", "#3a9d6e", "#b56bb0", "#b08a00", "#8a8f98")
@@ -62,14 +63,9 @@ def figure(across: str, up: str, *, log: str = "") -> Any:
     return drawn
 
 
-def some(count: int, most: int) -> Any:
-    """The places of at most so many of some things, the first and the last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, max(most, 2))).round().astype(int))
-
-
 def drawn_of(count: int) -> tuple[Any, str]:
     """Which points of a series in time are drawn, and a sentence on that where some are left out."""
-    places = some(count, MOST_POINTS)
+    places = evenly(count, MOST_POINTS)
     return places, f" Drawn are {places.size} of {count} points." if places.size < count else ""
 
 
@@ -110,10 +106,3 @@ def cleaned(values: Any) -> list[Any]:
     if array.dtype.kind not in "fiu":
         return [plain(value) for value in array.tolist()]
     return [value if np.isfinite(value) else None for value in array.tolist()]
-
-
-def spans_decades(*groups: Any) -> bool:
-    """Whether values are all positive, and the largest far above the smallest."""
-    values = np.concatenate([np.ravel(np.asarray(group, dtype=float)) for group in groups])
-    finite = values[np.isfinite(values)]
-    return bool(finite.size and finite.min() > 0 and finite.max() > 30 * finite.min())

@@ -15,10 +15,10 @@ from mol_compactons.analysis.drift import drift
 from mol_compactons.analysis.summary import TRACK_COLUMNS, contents, cost, kept, waves_of
 from mol_compactons.analysis.tracking import track
 from mol_compactons.errors import InputError, require
-from mol_compactons.figures.results import profiles
+from mol_compactons.figures.results import evenly, profiles
 from mol_compactons.figures.results import shown as cut_off
 from mol_compactons.pages.document import Array, Moving, Page, Picture, Section, Table
-from mol_compactons.pages.plots import add_line, drawn_of, figure, plain, some
+from mol_compactons.pages.plots import add_line, drawn_of, figure, plain
 from mol_compactons.results.form import settings_of
 from mol_compactons.results.reading import arranged, space_of
 from mol_compactons.simulation import Simulation
@@ -95,15 +95,15 @@ def moving_of(dataset: xr.Dataset, continuum: xr.Dataset | None = None) -> tuple
     """The first field of a result in motion, and what is said of what was left out of it."""
     field, space = profiles(dataset), space_of(dataset)
     name = str(field.name)
-    frames = some(dataset.sizes["t"], MOST_FRAMES)
+    frames = evenly(dataset.sizes["t"], MOST_FRAMES)
     room = MOST_NUMBERS // (frames.size * (1 if continuum is None else 2))
-    points = some(field.sizes[space], room)
+    points = evenly(field.sizes[space], room)
     shown = field.isel({"t": frames, space: points})
     t, x = shown["t"].values, shown[space].values
     series: list[tuple[str, Array, Array]] = [("chain" if continuum is not None else name, x, shown.values)]
     if continuum is not None:
         line = on_lattice(continuum, dataset.attrs["simulation"])
-        line = line.isel(x=some(line.sizes["x"], room)).interp(t=np.minimum(t, float(line["t"].max())))
+        line = line.isel(x=evenly(line.sizes["x"], room)).interp(t=np.minimum(t, float(line["t"].max())))
         series.append(("continuum", line["x"].values, line.values))
     told = []
     if frames.size < dataset.sizes["t"] or points.size < field.sizes[space]:

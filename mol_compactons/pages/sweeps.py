@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mol_compactons.figures.sweeps import spans_decades
 from mol_compactons.pages.document import Page, Picture, Section, Table
-from mol_compactons.pages.plots import add_line, cleaned, figure, plain, spans_decades
+from mol_compactons.pages.plots import add_line, cleaned, figure, plain
 from mol_compactons.pages.result import citation
 from mol_compactons.results.schema import COMPLETE
 

@@ -228,7 +228,8 @@ def _subtract_divergence(
     first = margin - 2 * stride
     left, u, v, right = neighbours(w, first, stride)
     a_left, a_u, a_v, a_right = neighbours(a, first, stride)
-    two_point_fluxes(u, v, powers[first + stride :], powers[first + 2 * stride :], n, flux[:count])
+    _, of_u, of_v, _ = neighbours(powers, first, stride)
+    two_point_fluxes(u, v, of_u, of_v, n, flux[:count])
     for k in range(count):
         after, before = a_right[k] + 2 * a_v[k] + a_u[k], a_v[k] + 2 * a_u[k] + a_left[k]
         flux[k] += factor * (after * (right[k] - v[k]) - before * (u[k] - left[k]))
@@ -256,8 +257,9 @@ def _subtract_divergence_jacobian(
     by_left, by_u, by_v, by_right = derivatives[0], derivatives[1], derivatives[2], derivatives[3]
     left, u, v, right = neighbours(w, first, stride)
     a_left, a_u, a_v, a_right = neighbours(a, first, stride)
+    _, of_u, of_v, _ = neighbours(powers, first, stride)
     s_left, s_u, s_v, s_right = neighbours(slope, first, stride)
-    two_point_slopes(u, v, powers[first + stride :], powers[first + 2 * stride :], n, by_u, by_v)
+    two_point_slopes(u, v, of_u, of_v, n, by_u, by_v)
     for k in range(count):
         after, before = a_right[k] + 2 * a_v[k] + a_u[k], a_v[k] + 2 * a_u[k] + a_left[k]
         ahead, behind = right[k] - v[k], u[k] - left[k]

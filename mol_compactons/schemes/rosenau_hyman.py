@@ -98,7 +98,8 @@ def _subtract_divergence(
     step = stride * spacing
     count, first = out.size + stride, margin - 2 * stride
     before, left, right, after = neighbours(v, first, stride)
-    two_point_fluxes(left, right, powers[first + stride :], powers[first + 2 * stride :], ratio, flux[:count])
+    _, of_left, of_right, _ = neighbours(powers, first, stride)
+    two_point_fluxes(left, right, of_left, of_right, ratio, flux[:count])
     factor = 1 / (2 * step * step)
     for k in range(count):
         flux[k] += factor * (after[k] - right[k] - left[k] + before[k])
